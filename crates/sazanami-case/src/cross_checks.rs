@@ -11,7 +11,7 @@ use crate::driven;
 use crate::liquids_at_walls;
 use crate::presets::Solver;
 use crate::read::Context;
-use crate::tables::{BoundarySide, GrainPlacement, OutputFrame, Population, Projection, place_of_side};
+use crate::tables::{BoundarySide, GrainPlacement, OutputFrame, Population, Projection, RunEnd, place_of_side};
 use crate::units::rounded;
 
 /// Reports what does not fit together across the tables of a case.
@@ -32,6 +32,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     }
     check_densities(case, cx);
     check_velocity_fields(case, cx);
+    check_rest(case, cx);
     check_carrying_flow(case, cx);
     check_written_frame(case, cx);
     check_room(case, cx);
@@ -61,6 +62,29 @@ fn check_densities(case: &Case, cx: &mut Context<'_>) {
             .help("check the unit: sand has about 2650 kg/m^3, which is 2.65 g/cm^3");
     }
 }
+
+/// Only a crater comes to rest, and only where the series follows it.
+fn check_rest(case: &Case, cx: &mut Context<'_>) {
+    if case.run.end != RunEnd::Rest {
+        return;
+    }
+    if case.erosion.is_none() || case.solver == Solver::Mps {
+        cx.report
+            .error_at(cx.places.near("run.until"), "`until = \"rest\"` without a crater")
+            .label("it waits for the crater that `[erosion]` evaluates with `solver = \"mics\"`")
+            .help("give the time at which the run ends");
+    }
+    let every = case.output.series.every;
+    if every.is_some_and(|every| every > SLOWEST_ROWS) {
+        cx.report
+            .error_at(cx.places.near("output.series"), "rows of the series too far apart for `until = \"rest\"`")
+            .label("rest takes eight rows within 10 ms")
+            .help(format!("give `output.series.every` as {} s at most", SLOWEST_ROWS));
+    }
+}
+
+/// Longest time between rows of the series of a run until rest \[s]: eight in 10 ms.
+const SLOWEST_ROWS: Real = 1.25e-3;
 
 /// Velocity fields are given on the grid alone.
 fn check_velocity_fields(case: &Case, cx: &mut Context<'_>) {

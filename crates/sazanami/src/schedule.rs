@@ -51,6 +51,12 @@ impl Schedule {
         std::iter::successors(self.next_after(before), |&due| self.next_after(due)).take_while(move |&due| due <= until)
     }
 
+    /// Whether there is any time in it.
+    #[must_use]
+    pub fn is_used(&self) -> bool {
+        self.every.is_some() || !self.at.is_empty()
+    }
+
     /// Whether time zero itself is listed or regular.
     #[must_use]
     pub fn starts_at_zero(&self) -> bool {

@@ -25,6 +25,10 @@ impl Timetable {
         self.steps.is_some() || self.times.starts_at_zero()
     }
 
+    fn is_used(&self) -> bool {
+        self.steps.is_some() || self.times.is_used()
+    }
+
     /// Times at which something is due in the step from `before` to now \[s].
     fn within(&self, before: Real, clock: &Clock) -> Vec<Real> {
         let now = clock.time();
@@ -83,6 +87,13 @@ impl Timetables {
         let mut due = self.outputs.each_ref().map(|table| table.is_due(before, clock, tolerance));
         let (time, step) = self.end;
         due[0] |= clock.has_reached(time) || step.is_some_and(|step| clock.step() >= step);
+        due
+    }
+
+    /// Whether series, fields, grains, pictures are due at an end that no schedule knew; the series has its row then.
+    pub fn due_at_end(&self) -> [bool; 4] {
+        let mut due = self.outputs.each_ref().map(Timetable::is_used);
+        due[0] = false;
         due
     }
 

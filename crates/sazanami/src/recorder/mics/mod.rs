@@ -43,6 +43,9 @@ const INITIAL_NOISE: &str = "observe/initial_noise";
 /// Prefix of the bed as it lay before the impact.
 pub(super) const BEFORE: &str = "observe/before_impact/";
 const VOLUME_COURSE: &str = "observe/volume_course";
+const COURSE_BELOW_RIM: &str = "observe/course_below_rim";
+/// A crater at rest keeps its volumes within this part for so long \[s].
+const KEPT: [Real; 2] = [0.03, 10e-3];
 const LIQUID_TRACE: &str = "observe/liquid_trace";
 
 /// Energies as measured last \[J].
@@ -60,6 +63,8 @@ pub(crate) struct GridObserver {
     before: Snapshot,
     /// V of each row of the series.
     course: VolumeCourse,
+    /// The volume below the rim of each row.
+    below_rim: VolumeCourse,
     splash: Option<SplashTracker>,
     /// None of a flow that is given: nothing acts on its momentum.
     momentum: Option<MomentumBudget>,
@@ -126,6 +131,7 @@ impl GridObserver {
         self.splash = SplashTracker::restore(snapshot).ok();
         self.initial = initial_heights(snapshot);
         self.course = volume_course(snapshot);
+        self.below_rim = course(snapshot, COURSE_BELOW_RIM);
         if leads {
             // Checkpoints of earlier versions have no such bed.
             let before = snapshot.sections().filter(|(name, _)| name.starts_with(BEFORE));
@@ -149,6 +155,7 @@ impl Observer for GridObserver {
             initial: None,
             before: Snapshot::default(),
             course: VolumeCourse::default(),
+            below_rim: VolumeCourse::default(),
             splash: None,
             momentum: None,
             liquid: None,
@@ -215,7 +222,16 @@ impl Observer for GridObserver {
     fn note_row(&mut self, time: Real) {
         if let Some(erosion) = &self.findings.erosion {
             self.course.add(time, erosion.crater.volume);
+            self.below_rim.add(time, erosion.crater.volume_direct);
         }
+    }
+
+    fn is_at_rest(&self) -> bool {
+        let (Some(settings), Some(erosion)) = (&self.erosion, &self.findings.erosion) else { return false };
+        let [part, span] = KEPT;
+        erosion.has_crater(settings.grain_size)
+            && erosion.airborne_grains == 0
+            && [&self.course, &self.below_rim].into_iter().all(|course| course.keeps(part, span))
     }
 
     fn warnings(&self) -> Vec<Warning> {
@@ -285,6 +301,7 @@ impl Observer for GridObserver {
         }
         if self.erosion.is_some() {
             snapshot.put_reals(VOLUME_COURSE, self.course.pairs());
+            snapshot.put_reals(COURSE_BELOW_RIM, self.below_rim.pairs());
         }
         self.before.sections().for_each(|(name, section)| snapshot.put(name, section.clone()));
         snapshot.put_reals(LIQUID_TRACE, vec![self.through, self.clipped]);
@@ -317,7 +334,11 @@ fn front(solver: &Solver) -> Option<Real> {
 
 /// V of each row of the series up to a checkpoint; empty in those of earlier versions.
 pub(super) fn volume_course(snapshot: &Snapshot) -> VolumeCourse {
-    snapshot.reals(VOLUME_COURSE).map_or_else(|_| VolumeCourse::default(), VolumeCourse::from_pairs)
+    course(snapshot, VOLUME_COURSE)
+}
+
+fn course(snapshot: &Snapshot, section: &str) -> VolumeCourse {
+    snapshot.reals(section).map_or_else(|_| VolumeCourse::default(), VolumeCourse::from_pairs)
 }
 
 /// The initial bed as the run evaluated it.
