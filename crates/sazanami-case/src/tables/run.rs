@@ -71,7 +71,7 @@ impl RunLength {
             return;
         }
         if self.packing_only {
-            self.until = 0.0;
+            (self.end, self.until) = (RunEnd::At(0.0), 0.0);
         } else {
             table.missing("until", cx);
         }

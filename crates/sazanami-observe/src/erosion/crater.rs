@@ -67,9 +67,15 @@ impl Crater {
     /// Reads the crater off a profile; `None` if fewer than two layers hold grains or the innermost does not.
     #[must_use]
     pub fn of(profile: &Profile) -> Option<Self> {
+        Self::with_rim_beyond(profile, profile.layer)
+    }
+
+    /// The same with the rim at a radius of `least` \[m] or more.
+    pub(super) fn with_rim_beyond(profile: &Profile, least: Real) -> Option<Self> {
         let base = profile.heights.first().copied().flatten()?;
         let mut rim = None;
-        for (n, height) in profile.heights.iter().enumerate().skip(1) {
+        let inside = (0..profile.heights.len()).take_while(|&n| profile.radius(n) < least).count();
+        for (n, height) in profile.heights.iter().enumerate().skip(inside) {
             if let Some(height) = *height
                 && rim.is_none_or(|(_, highest)| height > highest)
             {

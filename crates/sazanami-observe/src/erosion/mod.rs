@@ -257,8 +257,10 @@ impl Erosion {
         let surface_with = |bandwidth| Profile::smooth(&rings, bandwidth, settings.largest_radius);
         let bandwidth = settings.bandwidth();
         let surface = surface_with(bandwidth);
-        let crater = Crater::of(&surface).ok_or(ErosionError::NoSurface)?;
-        let smoothings = SMOOTHINGS.into_iter().filter_map(|n| Some(Crater::of(&surface_with(n * bandwidth))?.volume));
+        // A rim nearer than a layer is a grain.
+        let crater_of = |surface: &Profile| Crater::with_rim_beyond(surface, settings.layer);
+        let crater = crater_of(&surface).ok_or(ErosionError::NoSurface)?;
+        let smoothings = SMOOTHINGS.into_iter().filter_map(|n| Some(crater_of(&surface_with(n * bandwidth))?.volume));
         let farther = [-0.5, 0.5].map(|n| cap_volume(crater.depth, crater.rim_radius + n * bandwidth));
         let volume_range = smoothings
             .chain(farther)
