@@ -186,8 +186,8 @@ impl Impact<'_> {
                 force::<M, WIDTH, false>(&constants, normal, (-height, radii), -at_contact, d_t, h);
             let on_ball = touches.select3(on_ball, none);
             d_t = touches.select3(stretched, none);
-            velocity = velocity + on_ball * kick;
-            spin = spin + arm.cross(on_ball) * turn;
+            velocity += on_ball * kick;
+            spin += arm.cross(on_ball) * turn;
         }
         let after = |l: usize| {
             let before = of(l).0;
