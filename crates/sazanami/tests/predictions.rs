@@ -183,8 +183,7 @@ fn sub_steps_follow_the_allowed_error() {
         let errors = report.impact_errors.expect("grains move");
         (check::explain(&loaded.case, &report), report.dt_s / report.substeps as Real, errors)
     };
-    let [usual, fine, rough] =
-        [&[][..], &["dem.allowed_error=0.001"], &["dem.allowed_error=0.05"]].map(|overrides| with(overrides));
+    let [usual, fine, rough] = [&[][..], &["dem.allowed_error=0.001"], &["dem.allowed_error=0.05"]].map(&with);
     let mean = |errors: &check::ImpactReport| errors.restitution.mean.max(errors.spin.mean);
     assert!(mean(&usual.2) < 0.025 && mean(&fine.2) < 0.001 && mean(&rough.2) < 0.05, "{usual:?} {fine:?} {rough:?}");
     assert!(usual.0.contains("an impact of the lightest grains is off by"), "{}", usual.0);
