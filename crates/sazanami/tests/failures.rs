@@ -238,7 +238,7 @@ fn a_given_number_of_substeps_rules_the_step() {
         let left = Left::in_folder(&folder);
         (left.summary["limiter"].clone(), left.column("dt").into_iter().fold(0.0, f64::max))
     };
-    let (limiter, longest) = run("2");
+    let (limiter, longest) = run("1");
     assert!(limiter["contact"].as_u64().unwrap() > 10, "{limiter}");
     // Negative control: as many as the step needs.
     let (limiter, longer) = run("auto");
