@@ -9,7 +9,7 @@ use super::Search;
 use crate::case::meaning::{PairContact, Solver};
 use crate::case::units::rounded;
 use crate::check::{
-    Cause, CostModel, LimitReport, Pace, ShapeFacts, TankReport, film_rules, number, packing_substeps,
+    Cause, CostModel, LimitReport, Pace, ShapeFacts, TankReport, fall_of, film_rules, number, packing_substeps,
     population_reports, speeds, stiffest_contact, stiffness, strongest_force, tank,
 };
 use crate::clock::{SWING, fixed_step, longest_in_swing};
@@ -38,6 +38,14 @@ impl Search<'_> {
             return;
         }
         let populations = population_reports(case, facts);
+        if let Some(fall) = fall_of(case, &populations).filter(|fall| fall.how.stiffness_scale < fall.softest.min(1.0))
+        {
+            let span = self.loaded.places.near("grains.0.placement.packed.stiffness_scale");
+            self.report
+                .warning(span, "these springs are soft for the fall of the grains")
+                .label("they would overlap by more than a fifth of a contact sphere's radius")
+                .help(format!("write `stiffness_scale = {}` or more", rounded(fall.softest.min(1.0))));
+        }
         let pace = Pace::reached(case, &populations, tank.as_ref());
         if !case.run.packing_only {
             self.fixed_step(&pace);
