@@ -1,8 +1,9 @@
 //! Beds: grains fall on each other until they rest (Yagyu et al. (2015), section 3).
 //!
-//! Grains start on a lattice, each turned at random, and fall under a multiple of gravity in a box
+//! Grains start on a lattice, or on layers of like sizes, each turned at random, and fall under a multiple of gravity in a box
 //! without lid, without fluid. When the one that began highest meets another gravity takes its true
-//! value, and when time enough has passed and the grains rest the bed is done.
+//! value, and when time enough has passed and the grains rest the bed is done. Springs may be softer until then; they are
+//! stiffened once the grains rest, by steps, and the bed comes to rest with its own.
 
 mod settings;
 
@@ -31,6 +32,9 @@ pub enum Stage {
     /// The grains did not come to rest in time.
     GivenUp,
 }
+
+/// Sub-steps between two doublings of the stiffness at the end: some contacts last as long.
+const STIFFENING: Real = 100.0;
 
 /// State of a packing after a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,6 +68,8 @@ pub struct Packing {
     /// When the present wait for rest began \[s].
     since: Real,
     tapped: bool,
+    /// Present stiffness of contacts over their own.
+    stiffness: Real,
     largest_mean_speed: Real,
     /// Identifier of the grain that began highest: its first contact with another ends the fall.
     topmost: u64,
@@ -90,6 +96,9 @@ impl Packing {
         let topmost = grains.iter().max_by(|a, b| higher(a, b)).map_or(0, |grain| grain.id);
         let mut falling = interactions.clone();
         falling.scale_friction(settings.fall_friction);
+        if settings.stiffness_scale != 1.0 {
+            falling.scale_stiffness(settings.stiffness_scale);
+        }
         let engine = Engine::new(domain, settings.setup(bodies, falling), &grains)?;
         Ok(Self { topmost, ..Self::with(domain, settings, engine, interactions) })
     }
@@ -103,6 +112,7 @@ impl Packing {
         let mine: Real = (0..grains.owned()).map(|g| grains.mass[g] * thickness(g)).sum();
         let [mass_thickness, count] = domain.sum([mine, grains.owned() as Real]);
         Self {
+            stiffness: settings.stiffness_scale,
             settings,
             engine,
             interactions,
@@ -188,13 +198,25 @@ impl Packing {
                     self.stage = Stage::Settling;
                     (self.switched, self.since) = (now, now);
                     if settings.fall_friction != 1.0 {
-                        self.engine.set_interactions(domain, self.interactions.clone());
+                        self.set_stiffness(domain, self.stiffness);
                     }
                 }
             }
             Stage::Settling => {
                 let rests = self.rests(report);
-                if now >= self.since + settings.settling_time && (rests || settings.by_time_only) {
+                let waited = |time: Real| now >= self.since + time;
+                if self.stiffness < 1.0 {
+                    let begun = self.stiffness > settings.stiffness_scale;
+                    let due = if begun {
+                        waited(STIFFENING * self.engine.contact_time_step())
+                    } else {
+                        waited(settings.settling_time) && rests
+                    };
+                    if due {
+                        self.set_stiffness(domain, (2.0 * self.stiffness).min(1.0));
+                        self.since = now;
+                    }
+                } else if waited(settings.settling_time) && (rests || settings.by_time_only) {
                     let tap = settings.tapping.is_some() && !self.tapped;
                     self.stage = if tap { Stage::Tapping } else { Stage::Done };
                     self.since = now;
@@ -208,6 +230,16 @@ impl Packing {
         }
         report.stage = self.stage;
         report.switched = self.switched;
+    }
+
+    /// Gives contacts their own friction, and this part of their stiffness.
+    fn set_stiffness(&mut self, domain: &Domain, stiffness: Real) {
+        self.stiffness = stiffness;
+        let mut interactions = self.interactions.clone();
+        if stiffness != 1.0 {
+            interactions.scale_stiffness(stiffness);
+        }
+        self.engine.set_interactions(domain, interactions);
     }
 
     fn rests(&self, report: &PackingReport) -> bool {
@@ -239,7 +271,7 @@ impl Packing {
         self.engine.snapshot(domain, prefix, snapshot);
         if domain.communicator().rank() == 0 {
             let stage = self.stage as u8;
-            let state = [
+            let mut state = vec![
                 Real::from(stage),
                 self.switched,
                 self.since,
@@ -247,7 +279,11 @@ impl Packing {
                 self.largest_mean_speed,
                 self.topmost as Real,
             ];
-            snapshot.put_reals(format!("{prefix}packing"), state.to_vec());
+            // Of packings with their own springs throughout nothing is written.
+            if self.settings.stiffness_scale != 1.0 {
+                state.push(self.stiffness);
+            }
+            snapshot.put_reals(format!("{prefix}packing"), state);
         }
     }
 
@@ -264,7 +300,9 @@ impl Packing {
         snapshot: &Snapshot,
     ) -> Result<Self, DemError> {
         let outcome = if domain.communicator().rank() == 0 {
-            snapshot.reals_of(&format!("{prefix}packing"), 6).map(<[Real]>::to_vec)
+            snapshot
+                .reals_of(&format!("{prefix}packing"), if settings.stiffness_scale == 1.0 { 6 } else { 7 })
+                .map(<[Real]>::to_vec)
         } else {
             Ok(Vec::new())
         };
@@ -280,6 +318,10 @@ impl Packing {
         if stage == Stage::Falling {
             present.scale_friction(settings.fall_friction);
         }
+        let stiffness = state.get(6).copied().unwrap_or(1.0);
+        if stiffness != 1.0 {
+            present.scale_stiffness(stiffness);
+        }
         let engine = Engine::restore(domain, settings.setup(bodies, present), prefix, snapshot)?;
         let mut packing = Self::with(domain, settings, engine, interactions);
         packing.stage = stage;
@@ -287,6 +329,7 @@ impl Packing {
         packing.tapped = state[3] > 0.0;
         packing.largest_mean_speed = state[4];
         packing.topmost = state[5] as u64;
+        packing.stiffness = stiffness;
         Ok(packing)
     }
 

@@ -209,3 +209,23 @@ fn a_contact_across_a_periodic_side_counts_once() {
     let expected = 0.5 * stiffness * depth * depth;
     assert!((engine.elastic_energy() / expected - 1.0).abs() < 1e-6, "{} {expected}", engine.elastic_energy());
 }
+
+#[test]
+fn pairs_of_all_sizes_are_those_of_comparing_all() {
+    let mut random = Random::new(7);
+    // From one to two hundred, most of them small: eight classes of size and a rest.
+    let grains: Vec<Grain> = (0..900)
+        .map(|id| {
+            let scale = 200.0_f64.powf(random.unit().powi(3)) * 0.04;
+            let place = Vector::new(random.unit(), random.unit(), random.unit()) * 20e-3;
+            Grain { scale, ..Grain::new(id, 2650.0, place) }
+        })
+        .collect();
+    let touch = |a: &Grain, b: &Grain| a.position.distance(b.position) < RADIUS * (a.scale + b.scale);
+    let expected: usize = (0..grains.len()).map(|n| grains[..n].iter().filter(|b| touch(&grains[n], b)).count()).sum();
+    let mut engine = engine(LAW, false, &grains);
+    engine.allow_any_overlap(true);
+    let report = engine.advance(&domain(), &Loads::none(), Vector::ZERO, 1e-12, Substeps::Fixed(1)).expect("no limit");
+    assert_eq!(report.pairs, expected);
+    assert!(expected > 500, "{expected}");
+}

@@ -23,10 +23,11 @@ use sazanami_numerics::choice::Choice as _;
 use crate::case::meaning::{Case, FluidName, LiquidRegion};
 use crate::machine::Machine;
 
+pub(crate) use crate::assembly::grains::PACKED;
 pub(crate) use bed_flow::bed_flow;
 pub use bed_flow::{BedReport, PredictedReport};
-pub(crate) use cost::packing_substeps;
 use cost::packing_time;
+pub(crate) use cost::{fall_of, packing_substeps};
 pub use disk::warn_of_disk;
 pub use limits::SubstepCause;
 pub(crate) use limits::{
@@ -48,8 +49,6 @@ pub use text::explain;
 pub use waves::TankReport;
 pub(crate) use waves::tank;
 
-/// Solid fraction of a bed of grains that were packed, about.
-pub(crate) const PACKED: Real = 0.55;
 /// The same of spheres of like size.
 pub(crate) const PACKED_SPHERES: Real = 0.60;
 

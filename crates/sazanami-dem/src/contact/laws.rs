@@ -88,6 +88,15 @@ macro_rules! contact_models {
                 }
                 self
             }
+
+            /// The same law with its stiffness times `factor`, and the same restitution.
+            #[must_use]
+            pub fn with_stiffness_times(mut self, factor: Real) -> Self {
+                match &mut self {
+                    $(Self::$Model(law) => law.scale_stiffness(factor),)+
+                }
+                self
+            }
         }
 
         /// The constants of all laws of a run, by [`Interactions::index`].
@@ -241,6 +250,17 @@ impl Interactions {
     /// All laws, by [`Self::index`].
     pub(crate) fn laws(&self) -> &[ContactLaw] {
         &self.laws
+    }
+
+    /// Changes every stiffness by a factor; restitution stays as it is.
+    pub fn scale_stiffness(&mut self, factor: Real) {
+        self.laws.iter_mut().for_each(|law| *law = law.with_stiffness_times(factor));
+    }
+
+    /// The least normal stiffness of any pair, between grains of effective radius up to `radius` \[m] [N/m].
+    #[must_use]
+    pub fn least_stiffness(&self, radius: Real) -> Real {
+        self.laws.iter().map(|law| law.stiffness(radius)[0]).fold(Real::INFINITY, Real::min)
     }
 
     /// Changes every friction coefficient by a factor.

@@ -177,6 +177,15 @@ impl ContactModel for LinearSpringDashpot {
         self.friction *= factor;
     }
 
+    fn scale_stiffness(&mut self, factor: Real) {
+        self.normal_stiffness *= factor;
+        self.tangential_stiffness *= factor;
+        if let Damping::Literal { normal, tangential } = &mut self.damping {
+            *normal *= factor.sqrt();
+            *tangential *= factor.sqrt();
+        }
+    }
+
     fn constants(&self) -> Constants {
         let ([normal_damping, tangential_damping], _) = self.dashpots();
         let k = self.tangential_stiffness;

@@ -48,6 +48,9 @@ pub(crate) trait ContactModel: Copy + Display + 'static {
     /// Multiplies the friction coefficient.
     fn scale_friction(&mut self, factor: Real);
 
+    /// Multiplies the stiffness and keeps the restitution.
+    fn scale_stiffness(&mut self, factor: Real);
+
     /// Parameters ready for evaluation.
     fn constants(&self) -> Self::Constants;
 

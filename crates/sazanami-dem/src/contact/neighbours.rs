@@ -51,10 +51,23 @@ pub(crate) struct ListInput<'a> {
 /// Work space for building lists.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ListBuilder {
-    bins: BinIndex,
     bounds: Vec<Bound>,
-    centres: Vec<Vector>,
+    /// Grains by size, the largest first: bins for grains of all sizes would be as wide as the largest, and hold too many small ones.
+    levels: Vec<Level>,
 }
+
+/// Grains whose half extents lie within a factor of two, and the bins in which they are found.
+#[derive(Clone, Debug, Default)]
+struct Level {
+    members: Vec<u32>,
+    centres: Vec<Vector>,
+    bins: BinIndex,
+    /// Largest half extents of its grains, skin included \[m].
+    largest: Vector,
+}
+
+/// Most levels: sizes of 1 to 128 have their own, smaller ones share the last.
+const LEVELS: usize = 8;
 
 impl ListBuilder {
     /// Fills `blocks` with all pairs nearer than the sum of their skins.
@@ -69,22 +82,40 @@ impl ListBuilder {
         let count = grains.len();
         blocks.resize_with(count.div_ceil(ROWS), Block::default);
         self.bounds.resize(count, Bound::default());
-        self.centres.resize(count, Vector::ZERO);
-        for_each_chunk((&mut self.bounds[..], &mut self.centres[..]), ROWS, |number, (bounds, centres)| {
-            for (n, (b, centre)) in bounds.iter_mut().zip(centres).enumerate() {
+        for_each_chunk(&mut self.bounds[..], ROWS, |number, bounds| {
+            for (n, b) in bounds.iter_mut().enumerate() {
                 let g = number * ROWS + n;
                 *b = bound(context, grains, grains.skin[g] + 0.5 * context.reach * context.poses[g].radius, g);
-                *centre = b.middle;
             }
         });
-        let half = |g: usize| self.bounds[g].half;
-        let largest = reduce_over(count, half, Vector::max).unwrap_or(Vector::ZERO);
-        self.bins.sort(&self.centres, 1.1 * largest.max_element().max(Real::MIN_POSITIVE));
-        let (bins, bounds) = (&self.bins, &self.bounds[..]);
+        self.sort_by_size();
+        let (levels, bounds) = (&self.levels[..], &self.bounds[..]);
         for_each_chunk(&mut blocks[..], 1, |number, block| {
             let first = number * ROWS;
-            fill(&mut block[0], first..(first + ROWS).min(count), context, input, previous, (bins, bounds, largest));
+            fill(&mut block[0], first..(first + ROWS).min(count), context, input, previous, (levels, bounds));
         });
+    }
+
+    fn sort_by_size(&mut self) {
+        let bounds = &self.bounds[..];
+        let half = |g: usize| bounds[g].half.max_element();
+        let largest = reduce_over(bounds.len(), half, Real::max).unwrap_or(0.0).max(Real::MIN_POSITIVE);
+        self.levels.resize_with(LEVELS, Level::default);
+        for level in &mut self.levels {
+            level.members.clear();
+            level.centres.clear();
+            level.largest = Vector::ZERO;
+        }
+        for (g, b) in bounds.iter().enumerate() {
+            let halvings = (largest / b.half.max_element()).log2() as usize;
+            let level = &mut self.levels[halvings.min(LEVELS - 1)];
+            level.members.push(g as u32);
+            level.centres.push(b.middle);
+            level.largest = level.largest.max(b.half);
+        }
+        for Level { centres, bins, largest, .. } in self.levels.iter_mut().filter(|level| !level.members.is_empty()) {
+            bins.sort(centres, 1.1 * largest.max_element().max(Real::MIN_POSITIVE));
+        }
     }
 }
 
@@ -105,7 +136,7 @@ fn fill(
     context: &ContactContext<'_>,
     input: ListInput<'_>,
     previous: Option<&Previous<'_>>,
-    (bins, bounds, largest): (&BinIndex, &[Bound], Vector),
+    (levels, bounds): (&[Level], &[Bound]),
 ) {
     let ListInput { grains, interactions, records, originals, paces } = input;
     block.reset(rows.start, rows.len());
@@ -119,8 +150,7 @@ fn fill(
             continue;
         }
         let b = &bounds[low];
-        bins.visit(b.middle - b.half - largest, b.middle + b.half + largest, |high| {
-            let h = high as usize;
+        let mut look_at = |h: usize| {
             if grains.id[h] <= grains.id[low] || low >= context.owned && h >= context.owned {
                 return;
             }
@@ -134,7 +164,11 @@ fn fill(
                 let (m, n) = (grains.image[low], grains.image[h]);
                 near.push((grains.id[h], [0, 1, 2].map(|d| n[d] - m[d]), originals[h], gap));
             }
-        });
+        };
+        for Level { members, bins, largest, .. } in levels.iter().filter(|level| !level.members.is_empty()) {
+            let reach = b.half + *largest;
+            bins.visit(b.middle - reach, b.middle + reach, |n| look_at(members[n as usize] as usize));
+        }
         near.sort_unstable_by_key(|&(id, image, ..)| (id, image));
         let id = grains.id[low];
         let from = records.partition_point(|r| r.low < id);

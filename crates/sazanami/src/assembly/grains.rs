@@ -3,7 +3,8 @@
 use std::f64::consts::PI;
 
 use sazanami_dem::{
-    Body, Film, Grain, Interactions, LinearSpringDashpot, Motion, PackingSettings, Random, Setup, Substeps, Wall,
+    Body, Film, Grain, Interactions, Lattice, LinearSpringDashpot, Motion, PackingSettings, Random, Setup, Substeps,
+    TILT, Wall,
 };
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::{Quaternion, Real, Vector};
@@ -14,6 +15,8 @@ use crate::case::meaning::{
     WallContact,
 };
 
+/// Solid fraction of a bed of grains that were packed, about.
+pub(crate) const PACKED: Real = 0.55;
 /// Identifiers of a population begin at its number times this.
 const IDENTIFIERS: u64 = 1 << 32;
 /// Cells around a rank's part in which its grains are known: the exchange needs none, the loads none, but a
@@ -236,7 +239,74 @@ pub(crate) fn to_pack(case: &Case) -> Option<(PackingSettings, Vec<Grain>)> {
     Some((settings, grains))
 }
 
-fn packing_settings(case: &Case, how: &Packing) -> PackingSettings {
+/// What of a population matters to its fall: grains, and of one of size factor 1 the thickness, length and smallest contact sphere
+/// \[m] and the volume [m^3].
+pub(crate) struct Kind {
+    pub count: usize,
+    pub thick: Real,
+    pub long: Real,
+    pub volume: Real,
+    pub sphere: Real,
+}
+
+/// The fall of grains that are packed.
+pub(crate) struct Fall<'c> {
+    pub how: &'c Packing,
+    /// Time in which those of the uppermost layer fall onto the bed \[s].
+    pub time: Real,
+    /// Stiffness of contacts over their own down to which overlaps stay small meanwhile.
+    pub softest: Real,
+}
+
+/// Grains of a population whose sizes are drawn to foresee its lattice.
+const DRAWN: usize = 100_000;
+
+/// Radius of the smallest contact sphere of a body \[m].
+pub(crate) fn smallest_sphere(body: &Body) -> Real {
+    body.radii.iter().copied().fold(Real::INFINITY, Real::min)
+}
+
+/// The fall of the grains that are packed, of populations of this `kind`; `None` if none are or a kind is not known.
+pub(crate) fn fall(case: &Case, kind: impl Fn(usize) -> Option<Kind>) -> Option<Fall<'_>> {
+    let packed = case.grains.iter().enumerate().filter_map(|(number, population)| match &population.placement {
+        GrainPlacement::Packed(how) => Some((number, population, how)),
+        _ => None,
+    });
+    let how = packed.clone().next()?.2;
+    let (settings, extent) = (packing_settings(case, how), case.domain.extent());
+    let (mut solid, mut mass) = (0.0, 0.0);
+    let (mut sizes, mut largest) = (Vec::new(), Vec::new());
+    let mut most: Real = 0.0;
+    for (number, population, _) in packed {
+        let Kind { count, thick, long, volume, sphere } = kind(number)?;
+        let layer = match how.lattice {
+            Lattice::Cubic => long,
+            Lattice::Low => thick + TILT.sin() * (long - thick),
+        };
+        let factors = factors(population, count.min(DRAWN));
+        let share = count as Real / factors.len().max(1) as Real;
+        most = most.max(share);
+        let volumes = share * volume * factors.iter().map(|factor| factor.powi(3)).sum::<Real>();
+        let density = case.material(&population.material).map_or(0.0, |material| material.density);
+        let density = population.mass_override.map_or(density, |mass| mass / volume);
+        (solid, mass) = (solid + volumes, mass + density * volumes);
+        for factor in
+            factors.iter().copied().reduce(Real::min).into_iter().chain(factors.iter().copied().reduce(Real::max))
+        {
+            largest.push([density * volume * factor.powi(3), 0.5 * factor * long, factor * sphere]);
+        }
+        sizes.extend(factors.iter().map(|factor| [factor * long, factor * layer]));
+    }
+    let lattice = most.max(1.0) * settings.lattice_height(&sizes)?;
+    let drop = (lattice - solid / (PACKED * extent.x * extent.y)).max(0.0);
+    let needed = settings.least_stiffness(drop, mass, largest.iter().copied());
+    let reach = largest.iter().map(|[_, reach, _]| *reach).fold(0.0, Real::max);
+    let softest = needed / interactions(case).least_stiffness(reach);
+    Some(Fall { how, time: (2.0 * drop / (how.fall_gravity * case.gravity.length())).sqrt(), softest })
+}
+
+/// Settings of the packing of a case.
+pub(crate) fn packing_settings(case: &Case, how: &Packing) -> PackingSettings {
     let periodic = case.boundary.map(|sides| sides[0] == BoundarySide::Periodic);
     PackingSettings {
         periodic: [periodic[0], periodic[1]],
@@ -252,6 +322,7 @@ fn packing_settings(case: &Case, how: &Packing) -> PackingSettings {
         rest_speed: how.mean_speed,
         rest_energy: how.energy_ratio,
         fall_friction: how.friction_scale,
+        stiffness_scale: how.stiffness_scale,
         longest: how.time_limit,
         substeps: Substeps::Auto,
         ..PackingSettings::new(case.domain.lower, case.domain.upper)

@@ -1,12 +1,11 @@
 //! Predicted wall-clock time of a run.
 
-use sazanami_dem::TILT;
 use sazanami_numerics::Real;
 
 use super::limits::contact_step;
-use super::{CostModel, PACKED, ParticlesReport, PopulationReport, Size};
-use crate::assembly::grains;
-use crate::case::meaning::{Case, GrainPlacement, Lattice, Packing, PackingStop};
+use super::{CostModel, ParticlesReport, PopulationReport, Size};
+use crate::assembly::grains::{self, Fall, Kind, smallest_sphere};
+use crate::case::meaning::{Case, PackingStop};
 
 /// Work of a run: steps of each kind and their length.
 pub(super) struct Work {
@@ -66,50 +65,37 @@ pub(super) fn predict(
     parts
 }
 
-/// Sub-steps that packing takes: the fall from the lattice, then the bounces until the bed rests.
+/// Sub-steps that packing takes: the fall from the lattice, then the bounces until the bed rests; at the end with its own springs.
 pub(crate) fn packing_substeps(case: &Case, populations: &[PopulationReport], model: &CostModel) -> Real {
-    match (packing_time(case, populations, model), contact_step(case, populations, &grains::interactions(case))) {
-        (Some(time), Some(contact)) => time / contact,
-        _ => 0.0,
-    }
+    let (Some(fall), Some(time)) = (fall_of(case, populations), packing_time(case, populations, model)) else {
+        return 0.0;
+    };
+    let stiff = if fall.how.stiffness_scale < 1.0 { fall.how.settle_time } else { 0.0 };
+    let work = time * fall.how.stiffness_scale.sqrt() + stiff;
+    contact_step(case, populations, &grains::interactions(case)).map_or(0.0, |contact| work / contact)
 }
 
 /// Simulated time that packing takes \[s]: the fall from the lattice, then the bounces until the bed rests; `None` if the
 /// case packs nothing.
 pub(crate) fn packing_time(case: &Case, populations: &[PopulationReport], model: &CostModel) -> Option<Real> {
-    let (how, fall) = fall_of(case, populations)?;
+    let Fall { how, time, .. } = fall_of(case, populations)?;
     let rest = match how.stop {
         PackingStop::TimeOnly => how.settle_time,
-        PackingStop::Settled => how.settle_time.max(model.packing_rest * how.fall_gravity * fall),
+        PackingStop::Settled => how.settle_time.max(model.packing_rest * how.fall_gravity * time),
     };
-    Some((fall + rest).min(how.time_limit))
+    Some((time + rest).min(how.time_limit))
 }
 
-/// Packing of the grains, and the time \[s] in which those of the uppermost layer fall onto the bed.
-fn fall_of<'c>(case: &'c Case, populations: &[PopulationReport]) -> Option<(&'c Packing, Real)> {
-    let box_ = case.domain.extent();
-    let mut how = None;
-    let (mut count, mut volume, mut extent, mut layer): (Real, Real, Real, Real) = (0.0, 0.0, 0.0, 0.0);
-    for (population, report) in case.grains.iter().zip(populations) {
-        let GrainPlacement::Packed(packing) = &population.placement else { continue };
-        how = Some(packing);
-        let scale = population.size.largest();
-        let thick = scale * population.shape.size().or(report.size_m)?;
-        let long = scale * population.shape.extent().unwrap_or(thick);
-        let grains = report.grains.unwrap_or(0) as Real;
-        count += grains;
-        volume += grains * population.shape.volume().unwrap_or(long * thick * thick);
-        extent = extent.max(long);
-        layer = layer.max(match packing.lattice {
-            Lattice::Cubic => long,
-            Lattice::Low => thick + TILT.sin() * (long - thick),
-        });
-    }
-    let how = how?;
-    let along = |length: Real| (length / (how.spacing * extent)).floor().max(1.0);
-    let layers = (count / (along(box_.x) * along(box_.y))).ceil();
-    let drop = layers * how.spacing * layer - volume / (PACKED * box_.x * box_.y);
-    Some((how, (2.0 * drop.max(0.0) / (how.fall_gravity * case.gravity.length())).sqrt()))
+/// The fall of the grains that are packed.
+pub(crate) fn fall_of<'c>(case: &'c Case, populations: &[PopulationReport]) -> Option<Fall<'c>> {
+    grains::fall(case, |number| {
+        let (shape, report) = (&case.grains[number].shape, &populations[number]);
+        let thick = shape.size().or(report.size_m)?;
+        let long = shape.extent().unwrap_or(thick);
+        let volume = shape.volume().unwrap_or(long * thick * thick);
+        let sphere = report.body.as_ref().map_or(0.5 * thick, smallest_sphere);
+        Some(Kind { count: report.grains.unwrap_or(0), thick, long, volume, sphere })
+    })
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use crate::assembly::grains;
 use crate::case::meaning::{PairContact, Solver, Substeps};
 use crate::case::units::rounded;
 use crate::check::{
-    Cause, CostModel, LimitReport, Pace, PopulationReport, ShapeFacts, SubstepCause, TankReport, impact_errors,
+    Cause, CostModel, LimitReport, Pace, PopulationReport, ShapeFacts, SubstepCause, TankReport, fall_of, impact_errors,
     longest_substep, number, packing_substeps, population_reports, speeds, stiffest_contact, stiffness,
     strongest_force, substep_cause, tank,
 };
@@ -41,6 +41,14 @@ impl Search<'_> {
         }
         let populations = population_reports(case, facts);
         self.accuracy(&populations);
+        if let Some(fall) = fall_of(case, &populations).filter(|fall| fall.how.stiffness_scale < fall.softest.min(1.0))
+        {
+            let span = self.loaded.places.near("grains.0.placement.packed.stiffness_scale");
+            self.report
+                .warning(span, "these springs are soft for the fall of the grains")
+                .label("they would overlap by more than a fifth of a contact sphere's radius")
+                .help(format!("write `stiffness_scale = {}` or more", rounded(fall.softest.min(1.0))));
+        }
         let pace = Pace::reached(case, &populations, tank.as_ref());
         if !case.run.packing_only {
             self.fixed_step(&pace);
