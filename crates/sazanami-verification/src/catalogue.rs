@@ -156,7 +156,7 @@ pub const CASES: &[Case] = &[
     case!("mps-standing-wave-shallow", moving_particles::standing_wave_shallow),
     case!("mps-sloshing", moving_particles::sloshing),
     case!("mps-sloshing-resonance", moving_particles::sloshing_resonance),
-    case!("mps-viscous-walls", moving_particles::viscous_walls),
+    case!("mps-viscous-walls", with "mps-viscous-walls"),
     case!("mps-dam-break", moving_particles::dam_break),
     case!("mps-dam-break-lobovsky", moving_particles::dam_break_lobovsky),
     case!("mps-taylor-green", moving_particles::taylor_green),

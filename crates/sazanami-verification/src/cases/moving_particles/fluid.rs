@@ -2,7 +2,6 @@
 
 use crate::particles::dam_break::{Collapse, Column, WIDTH, at, dimensionless, fitted_slope};
 use crate::particles::{self as experiments, Rest, RestSetup};
-use sazanami_mps::boundary::WallFriction;
 use sazanami_mps::scheme::{CONJUGATE_RADIUS, GradientForm, Scheme, SourceForm};
 use sazanami_mps::stability::StepLimits;
 use sazanami_numerics::Real;
@@ -159,19 +158,6 @@ pub fn rotating_square() -> Result<Vec<Measured>, String> {
         Measured::new("farthest particle from the axis, of the side", found.reach),
         Measured::new("collisions", found.collisions as Real),
         Measured::new("control: pressure with the classical source, off by", (usual.pressure / reference - 1.0).abs()),
-    ])
-}
-
-/// Walls that hold water by its viscosity.
-pub fn viscous_walls() -> Result<Vec<Measured>, String> {
-    let channel = experiments::poiseuille(20, WallFriction::NoSlip).map_err(said)?;
-    let layer = experiments::stokes_layer(4, WallFriction::NoSlip).map_err(said)?;
-    let slip = experiments::stokes_layer(4, WallFriction::Slip).map_err(said)?;
-    Ok(vec![
-        Measured::new("Poiseuille, 20 layers: speed in the middle over exact", channel.centre),
-        Measured::new("Poiseuille, 20 layers: rms error of the profile", channel.profile),
-        Measured::new("Stokes layer of 4 spacings: rms error of the velocity", layer),
-        Measured::new("control: Stokes layer at walls that slip", slip),
     ])
 }
 

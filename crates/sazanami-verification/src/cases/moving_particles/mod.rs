@@ -11,7 +11,7 @@ pub(crate) use conjugate::{
     conjugate_wave,
 };
 pub(crate) use fluid::{
-    dam_break, dam_break_lobovsky, falling_block, hydrostatics, operators, rotating_square, taylor_green, viscous_walls,
+    dam_break, dam_break_lobovsky, falling_block, hydrostatics, operators, rotating_square, taylor_green,
 };
 pub(crate) use grains::{
     bed_load, bed_stress, frames, frames_with_bed, packed_bed, repose, resting_bed, settling_grain, void_fraction,
