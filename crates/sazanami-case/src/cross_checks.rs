@@ -4,14 +4,15 @@ use sazanami_dem::Motion;
 use sazanami_mics::advection::Convection;
 use sazanami_mics::grains::Exchange;
 use sazanami_mics::grains::room::LiquidRoom;
-use sazanami_numerics::Vector;
+use sazanami_numerics::{Real, Vector};
 
 use crate::case::Case;
 use crate::driven;
 use crate::liquids_at_walls;
 use crate::presets::Solver;
 use crate::read::Context;
-use crate::tables::{BoundarySide, GrainPlacement, OutputFrame, Population, Projection, place_of_side};
+use crate::tables::{BoundarySide, GrainPlacement, OutputFrame, Population, Projection, RunEnd, place_of_side};
+use crate::units::rounded;
 
 /// Reports what does not fit together across the tables of a case.
 pub fn check(case: &Case, cx: &mut Context<'_>) {
@@ -29,7 +30,9 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
             .label("`packing_only` needs grains with `placement.packed`")
             .help("leave out `packing_only`, or add `placement.packed = {}` to the grains");
     }
+    check_densities(case, cx);
     check_velocity_fields(case, cx);
+    check_rest(case, cx);
     check_carrying_flow(case, cx);
     check_written_frame(case, cx);
     check_room(case, cx);
@@ -38,6 +41,50 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     driven::check_fall(case, cx);
     liquids_at_walls::check(case, cx);
 }
+
+/// Least density of a liquid and of a material that is not doubted: liquid hydrogen has 71 kg/m^3, foams have 10 [kg/m^3].
+const LIGHTEST: Real = 10.0;
+/// Largest density that is not doubted: osmium has 22,590 kg/m^3.
+const HEAVIEST: Real = 23_000.0;
+
+/// Warns of densities that no matter has: most are those of another unit.
+fn check_densities(case: &Case, cx: &mut Context<'_>) {
+    let liquid = [("fluid.liquid.density".to_owned(), case.fluid.liquid.density)];
+    let materials = case.materials.iter().map(|m| (format!("material.{}.density", m.name), m.density));
+    for (key, density) in liquid.into_iter().chain(materials) {
+        if (LIGHTEST..=HEAVIEST).contains(&density) {
+            continue;
+        }
+        let what = if density < LIGHTEST { "lighter than foam" } else { "heavier than osmium" };
+        cx.report
+            .warning(cx.places.near(&key), format!("a density of {} kg/m^3 is {what}", rounded(density)))
+            .label("nothing that is poured or packed has it")
+            .help("check the unit: sand has about 2650 kg/m^3, which is 2.65 g/cm^3");
+    }
+}
+
+/// Only a crater comes to rest, and only where the series follows it.
+fn check_rest(case: &Case, cx: &mut Context<'_>) {
+    if case.run.end != RunEnd::Rest {
+        return;
+    }
+    if case.erosion.is_none() || case.solver == Solver::Mps {
+        cx.report
+            .error_at(cx.places.near("run.until"), "`until = \"rest\"` without a crater")
+            .label("it waits for the crater that `[erosion]` evaluates with `solver = \"mics\"`")
+            .help("give the time at which the run ends");
+    }
+    let every = case.output.series.every;
+    if every.is_some_and(|every| every > SLOWEST_ROWS) {
+        cx.report
+            .error_at(cx.places.near("output.series"), "rows of the series too far apart for `until = \"rest\"`")
+            .label("rest takes eight rows within 10 ms")
+            .help(format!("give `output.series.every` as {} s at most", SLOWEST_ROWS));
+    }
+}
+
+/// Longest time between rows of the series of a run until rest \[s]: eight in 10 ms.
+const SLOWEST_ROWS: Real = 1.25e-3;
 
 /// Velocity fields are given on the grid alone.
 fn check_velocity_fields(case: &Case, cx: &mut Context<'_>) {

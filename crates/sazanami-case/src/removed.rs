@@ -35,12 +35,26 @@ const REMOVED: &[(&str, Option<&str>, &str)] = &[
         "an error of the number density relaxes over 100 times of the flow; leave the key out",
     ),
     (
+        "particles.shifting",
+        None,
+        "`projection = \"conjugate\"`, the default, shifts by the rate of strain; leave the key out",
+    ),
+    (
         "particles.shifting_form",
         None,
-        "`enhanced` shifts away from surfaces, `conjugate` by the rate of strain; leave the key out",
+        "`projection = \"conjugate\"`, the default, shifts by the rate of strain; leave the key out",
     ),
     ("particles.source", None, "the source is that of higher order (HS); leave the key out"),
-    ("particles.stabilisation", Some("full"), "pairs count with their weight, `weighted`"),
+    (
+        "particles.stabilisation",
+        None,
+        "`projection = \"enhanced\"` is stabilised as published, `conjugate` needs no stabilisation; leave the key out",
+    ),
+    (
+        "particles.stabilisation_distance",
+        None,
+        "`projection = \"enhanced\"` is stabilised as published, `conjugate` needs no stabilisation; leave the key out",
+    ),
     ("particles.surface_pressure", None, "predicted positions set the pressure at the surface; leave the key out"),
     ("particles.surface_test", None, "number density and asymmetry tell a surface; leave the key out"),
     ("particles.weight", None, "the weight is Wendland's C2; leave the key out"),

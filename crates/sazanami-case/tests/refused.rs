@@ -98,11 +98,11 @@ fn keys_and_words_of_earlier_versions_are_refused_with_what_took_their_place() {
     refused("coupling.alpha=subcell(4)", "`subcell` is no choice any more");
     refused("fluid.limiter=minmod", "`minmod` is no choice any more");
     refused("particles={ spacing = \"1 mm\", weight = \"c2\" }", "`weight` is no key any more | the weight is");
-    let word = "particles={ spacing = \"1 mm\", projection = \"enhanced\", stabilisation = \"WORD\" }";
-    refused(&word.replace("WORD", "full"), "`full` is no choice any more | pairs count with their weight");
+    let stabilised = "particles={ spacing = \"1 mm\", projection = \"enhanced\", stabilisation = \"off\" }";
+    refused(stabilised, "`stabilisation` is no key any more | `projection = \"enhanced\"` is stabilised as published");
     // Controls: a key and a word that never were.
     refused("overlap.sphere_dragg=dalla_valle", "unknown key `sphere_dragg`");
-    refused(&word.replace("WORD", "fulll"), "`fulll` is no choice for `stabilisation`");
+    refused("fluid.limiter=minmodd", "`minmodd` is no choice for `limiter`");
 }
 
 #[test]

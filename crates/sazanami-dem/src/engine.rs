@@ -3,6 +3,7 @@
 mod checks;
 mod energy;
 mod impulses;
+mod leaving;
 mod lists;
 mod network;
 mod report;
@@ -29,6 +30,7 @@ use crate::motion::{MassProperties, Pose, turn_balls};
 use crate::selection::Selection;
 use crate::wall::Wall;
 use energy::EnergyBook;
+pub use leaving::Departures;
 use lists::FormerList;
 pub use report::ContactReport;
 use report::overlap_error;
@@ -86,6 +88,9 @@ pub struct Engine {
     largest_overlap_allowed: Real,
     /// Whether a grain changes its owner in the step in which it crosses a boundary between ranks.
     owned_promptly: bool,
+    /// Sides through which grains leave, by direction, lower and upper.
+    leave_through: [[bool; 2]; 3],
+    pub(crate) departures: Departures,
     time_step: Real,
     book: EnergyBook,
 }
@@ -114,7 +119,7 @@ impl Engine {
         records: Vec<ContactRecord>,
         time: Real,
     ) -> Result<Self, DemError> {
-        let period = ghosts::period(domain);
+        let (period, bodies) = (ghosts::period(domain), setup.bodies.len());
         let mut engine = Self {
             arrays: setup.bodies.iter().map(SphereArrays::new).collect(),
             spheres: setup.bodies.iter().flat_map(Body::packed_spheres).collect(),
@@ -153,6 +158,8 @@ impl Engine {
             since_contacts: 0.0,
             largest_overlap_allowed: LARGEST_OVERLAP,
             owned_promptly: false,
+            leave_through: [[false; 2]; 3],
+            departures: Departures::none(bodies),
             time_step: Real::INFINITY,
             book: EnergyBook::default(),
         };

@@ -23,6 +23,7 @@ mod face;
 mod film;
 mod ghosts;
 mod grain;
+pub mod impact;
 mod lanes;
 mod material;
 mod modes;
@@ -37,7 +38,7 @@ mod wrench;
 
 pub use body::Body;
 pub use contact::public::*;
-pub use engine::{ContactReport, Drag, Engine, LARGEST_OVERLAP, Loads, Setup, Substeps, Vicinity};
+pub use engine::{ContactReport, Departures, Drag, Engine, LARGEST_OVERLAP, Loads, Setup, Substeps, Vicinity};
 pub use error::DemError;
 pub use face::{Bumps, Face};
 pub use film::Film;

@@ -8,7 +8,7 @@ use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
 use sazanami_numerics::{Real, Vector};
 
 use crate::contact::record::ContactRecord;
-use crate::engine::{Engine, Setup};
+use crate::engine::{Departures, Engine, Setup};
 use crate::error::DemError;
 use crate::grain::{ALWAYS_STORED, ATTACHED, GrainRecord};
 
@@ -63,6 +63,9 @@ impl Engine {
         if !edges.is_empty() {
             out.reals("wall.edges", edges);
         }
+        if self.departures.grains > 0 {
+            out.reals("departures", self.departures.to_row());
+        }
         out.reals("time", [self.time]);
     }
 
@@ -81,6 +84,7 @@ impl Engine {
         let grains = domain.from_first(state.grains);
         let contacts = domain.from_first(state.contacts);
         let others = domain.from_first(state.others);
+        let departures = domain.from_first(state.departures);
         let time = others[0];
         let (walls, edges) = others[1..].split_at(6 * setup.walls.len());
         for (wall, values) in setup.walls.iter_mut().zip(walls.chunks_exact(6)) {
@@ -89,7 +93,10 @@ impl Engine {
         }
         let plates = setup.walls.iter_mut().filter_map(|wall| wall.edges.as_mut());
         plates.zip(edges.chunks_exact(2)).for_each(|(edges, values)| *edges = [values[0], values[1]]);
-        Self::from_records(domain, setup, &grains, contacts, time)
+        let departures = Departures::from_row(&departures, setup.bodies.len());
+        let mut engine = Self::from_records(domain, setup, &grains, contacts, time)?;
+        engine.departures = departures;
+        Ok(engine)
     }
 }
 
@@ -100,6 +107,8 @@ struct State {
     contacts: Vec<ContactRecord>,
     /// Time, then point and velocity of each wall, then edges of each plate.
     others: Vec<Real>,
+    /// See [`Departures::to_row`]; empty if no grain has left.
+    departures: Vec<Real>,
 }
 
 impl State {
@@ -176,7 +185,11 @@ impl State {
         if plates > 0 {
             others.extend_from_slice(from.reals_of("wall.edges", 2 * plates)?);
         }
-        Ok(Self { grains, contacts, others })
+        let departures = match from.reals_of("departures", 5 + setup.bodies.len()) {
+            Err(SnapshotError::Missing { .. }) => Vec::new(),
+            found => found?.to_vec(),
+        };
+        Ok(Self { grains, contacts, others, departures })
     }
 }
 

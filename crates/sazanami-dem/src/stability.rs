@@ -2,7 +2,10 @@
 //!
 //! **A contact** of stiffness `K` between grains of effective mass `m*` oscillates with half period `pi sqrt(m*/K)`. A force
 //! off the centre of mass also turns a grain: at its contact point a grain of mass `m` has the effective mass `m/l` with
-//! the leverage `l` of [`Body::leverage`], which is 1 along and 3.5 across the normal for a ball.
+//! the leverage `l` of [`Body::leverage`], which is 1 along and 3.5 across the normal for a ball. A sub-step is a part of it
+//! chosen by the errors that impacts of the lightest grains have with it ([`crate::impact`]): the largest between the two of
+//! [`crate::ContactStart::substep_factors`] with at most [`USUAL_ERROR`], or the smaller; of those up to [`MOST_FACTOR`],
+//! where the case allows an error.
 //!
 //! **The contacts of a body** add up: `N` spheres of a face that touch a plane at once have `N K` and `N D`. Places are half a
 //! sub-step older than the forces, velocities a whole one, so that a mode of square frequency `k` and rate of damping `c`
@@ -29,6 +32,14 @@ use sazanami_numerics::domain::Domain;
 use crate::body::Body;
 use crate::contact::laws::Interactions;
 use crate::film::Film;
+use crate::impact::{ImpactErrors, Impacts};
+
+/// Least and most that a sub-step takes of the half period of the stiffest contact where an error of impacts is asked for; those in
+/// between are multiples of the least.
+const LEAST_FACTOR: Real = 0.0075;
+const MOST_FACTOR: Real = 0.225;
+/// Largest mean error of the restitution, and of the spin over the tangential speed, where none is asked for.
+pub const USUAL_ERROR: Real = 0.025;
 
 /// Longest sub-step times the rate `D/m*` at which a film brings a ball to rest at a wall, at the roughness. A grain among twelve
 /// equal ones is stable up to twice this.
@@ -51,8 +62,10 @@ pub(crate) fn stable_for(part: Real, [square, rate]: [Real; 2]) -> Real {
 /// Longest sub-steps by cause \[s]; infinite where there is none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LongestSubstep {
-    /// That resolves each contact by itself, [`crate::ContactStart::substep_factor`] times `pi sqrt(m*/K)`.
+    /// That resolves each contact by itself.
     pub contact: Real,
+    /// Whether impacts have no larger errors with it than the case allows; else it is the shortest there is.
+    pub accurate: bool,
     /// In which a body comes to rest with a face on a plane.
     pub face: Real,
     /// Of the film between grains.
@@ -78,6 +91,8 @@ pub struct EffectiveMasses<'i> {
     radius: Vec<Real>,
     /// Largest square of that of a grain over its mass, by material [m^2/kg].
     square: Vec<Real>,
+    /// Largest reciprocal of a mass, by material; 0: no grain [1/kg].
+    lightest: Vec<Real>,
     /// See [`LongestSubstep::face`].
     face: Real,
 }
@@ -92,6 +107,7 @@ impl<'i> EffectiveMasses<'i> {
             inverse: vec![[0.0; 2]; materials],
             radius: vec![0.0; materials],
             square: vec![0.0; materials],
+            lightest: vec![0.0; materials],
             face: Real::INFINITY,
         }
     }
@@ -106,6 +122,8 @@ impl<'i> EffectiveMasses<'i> {
         *largest = largest.max(radius);
         let square = &mut self.square[material as usize];
         *square = square.max(radius * radius / mass);
+        let lightest = &mut self.lightest[material as usize];
+        *lightest = lightest.max(mass.recip());
         let leverage = body.leverage();
         let worst = &mut self.inverse[material as usize];
         (0..2).for_each(|d| worst[d] = worst[d].max(leverage[d] / mass));
@@ -121,7 +139,8 @@ impl<'i> EffectiveMasses<'i> {
 
     /// Takes the grains of all ranks into account.
     pub fn over_ranks(&mut self, domain: &Domain) {
-        for value in self.inverse.iter_mut().flatten().chain(&mut self.radius).chain(&mut self.square) {
+        let all = self.inverse.iter_mut().flatten().chain(&mut self.radius).chain(&mut self.square);
+        for value in all.chain(&mut self.lightest) {
             *value = domain.max(*value);
         }
         self.face = domain.min(self.face);
@@ -130,41 +149,90 @@ impl<'i> EffectiveMasses<'i> {
     /// The longest sub-steps for every contact of these grains with each other and with walls of any of the materials.
     #[must_use]
     pub fn longest_substep(&self) -> LongestSubstep {
-        let mut longest = LongestSubstep { contact: Real::INFINITY, face: self.face, film: Real::INFINITY };
-        let materials = self.interactions.materials();
-        for a in 0..materials {
-            for b in 0..materials {
-                // A wall has no curvature: the effective radius of a contact is at most that of its larger sphere.
-                let radius = self.radius[a].max(self.radius[b]);
-                let law = self.interactions.law(a as u32, b as u32);
-                let [normal, tangential] = law.stiffness(radius);
-                let sum = |d: usize| self.inverse[a][d] + self.inverse[b][d];
-                let square = Real::max(normal * sum(0), tangential * sum(1));
-                if square > 0.0 {
-                    let factor = law.options().contact_start.substep_factor();
-                    longest.contact = longest.contact.min(factor * PI / square.sqrt());
-                }
-                // R*^2/m* of two spheres is at most the larger R^2/m, which is that at a wall.
-                let damping = self.interactions.film().map_or(0.0, Film::largest_damping);
-                let rate = damping * self.square[a].max(self.square[b]);
-                if rate > 0.0 {
-                    longest.film = longest.film.min(FILM_FACTOR / rate);
-                }
+        let mut longest =
+            LongestSubstep { contact: Real::INFINITY, accurate: true, face: self.face, film: Real::INFINITY };
+        for pair in self.pairs() {
+            let (factor, accurate) = self.longest_factor(&pair);
+            longest.contact = longest.contact.min(factor * pair.half_period);
+            longest.accurate &= accurate;
+            // R*^2/m* of two spheres is at most the larger R^2/m, which is that at a wall.
+            let damping = self.interactions.film().map_or(0.0, Film::largest_damping);
+            let [a, b] = pair.materials;
+            let rate = damping * self.square[a].max(self.square[b]);
+            if rate > 0.0 {
+                longest.film = longest.film.min(FILM_FACTOR / rate);
             }
         }
         longest
     }
+
+    /// Errors of impacts of the lightest grains with sub-steps of `substep` \[s], the largest over pairs of materials; `None`
+    /// where no grain moves.
+    #[must_use]
+    pub fn impact_errors(&self, substep: Real) -> Option<ImpactErrors> {
+        let of = |pair: &Pair| self.impacts(pair).errors(substep / pair.half_period);
+        self.pairs().map(|pair| of(&pair)).reduce(ImpactErrors::max)
+    }
+
+    /// Longest sub-step of a pair over its half period, and whether its errors are as small as is asked for.
+    fn longest_factor(&self, pair: &Pair) -> (Real, bool) {
+        let [a, b] = pair.materials.map(|material| material as u32);
+        let usual = self.interactions.law(a, b).options().contact_start.substep_factors();
+        let asked = self.interactions.allowed_error();
+        let [least, most] = asked.map_or(usual, |_| [LEAST_FACTOR, MOST_FACTOR]);
+        if least == most {
+            return (most, true);
+        }
+        let impacts = self.impacts(pair);
+        let allowed = asked.unwrap_or(USUAL_ERROR);
+        let steps = ((most - least) / LEAST_FACTOR).round() as usize;
+        let found = (0..=steps)
+            .map(|n| most - LEAST_FACTOR * n as Real)
+            .find(|&factor| impacts.errors(factor).mean() <= allowed);
+        (found.unwrap_or(least), found.is_some() || asked.is_none())
+    }
+
+    fn impacts(&self, pair: &Pair) -> Impacts {
+        let [a, b] = pair.materials;
+        let mass = (self.lightest[a] + self.lightest[b]).recip();
+        Impacts::new(self.interactions.law(a as u32, b as u32), mass, pair.radius)
+    }
+
+    /// Pairs of materials of which grains may touch.
+    fn pairs(&self) -> impl Iterator<Item = Pair> {
+        let materials = self.interactions.materials();
+        let all = (0..materials).flat_map(move |a| (a..materials).map(move |b| [a, b]));
+        all.filter_map(|materials| {
+            let [a, b] = materials;
+            // A wall has no curvature: the effective radius of a contact is at most that of its larger sphere.
+            let radius = self.radius[a].max(self.radius[b]);
+            let [normal, tangential] = self.interactions.law(a as u32, b as u32).stiffness(radius);
+            let sum = |d: usize| self.inverse[a][d] + self.inverse[b][d];
+            let square = Real::max(normal * sum(0), tangential * sum(1));
+            (square > 0.0).then(|| Pair { materials, radius, half_period: PI / square.sqrt() })
+        })
+    }
+}
+
+/// Two materials whose grains, or grains and walls, may touch.
+struct Pair {
+    materials: [usize; 2],
+    /// Largest of a contact sphere \[m].
+    radius: Real,
+    /// `pi sqrt(m*/K)` of the stiffest contact \[s].
+    half_period: Real,
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::linear_spring_dashpot::LinearSpringDashpot;
+    use crate::contact::linear_spring_dashpot::{Damping, LinearSpringDashpot};
     use crate::material::ContactStart;
 
     #[test]
     fn two_balls_are_limited_by_their_tangential_spring() {
-        let law = LinearSpringDashpot { normal_stiffness: 1e4, tangential_stiffness: 1e4, ..LinearSpringDashpot::SAND };
+        // Without friction sub-steps are as long as they may be.
+        let law = LinearSpringDashpot { friction: 0.0, ..LinearSpringDashpot::SAND };
         let longest = |law: LinearSpringDashpot, count: usize| {
             let interactions = Interactions::uniform(1, law);
             let mut masses = EffectiveMasses::new(&interactions);
@@ -172,7 +240,7 @@ mod tests {
             masses.longest_substep().shortest()
         };
         assert_eq!(longest(law, 0), Real::INFINITY);
-        let expected = 0.075 * PI * (2e-6 / (2.0 * 3.5 * 1e4_f64)).sqrt();
+        let expected = 0.15 * PI * (2e-6 / (2.0 * 3.5 * 1e4_f64)).sqrt();
         let found = longest(law, 1);
         assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
         let softer = LinearSpringDashpot { tangential_stiffness: 1e3, ..law };
@@ -180,6 +248,12 @@ mod tests {
         assert!((found / (expected * 3.5_f64.sqrt()) - 1.0).abs() < 1e-12, "then by the normal one: {found}");
         let from_the_sub_step = LinearSpringDashpot { contact_start: ContactStart::SubStep, ..law };
         let found = longest(from_the_sub_step, 1);
-        assert!((found / expected - 0.057 / 0.075).abs() < 1e-12, "{found} {expected}");
+        assert!((found / expected - 0.057 / 0.15).abs() < 1e-12, "{found} {expected}");
+        // Contacts that are damped more have larger errors, and shorter sub-steps.
+        let damped = |e: Real| {
+            longest(LinearSpringDashpot { damping: Damping::Restitution(e), ..LinearSpringDashpot::SAND }, 1) / expected
+        };
+        let found = [0.5, 0.1].map(damped);
+        assert!((found[0] - 1.0).abs() < 1e-12 && (found[1] - 0.5).abs() < 1e-12, "{found:?}");
     }
 }

@@ -154,7 +154,7 @@ fn the_usual_sub_step_keeps_restitution_within_two_percent() {
 
 /// Sub-steps in the contact of a ball with a wall, where they are as long as the engine lets them be.
 fn usual_steps(start: ContactStart) -> Real {
-    3.5_f64.sqrt() / start.substep_factor()
+    3.5_f64.sqrt() / start.substep_factors()[1]
 }
 
 /// Normal velocity and speed of the surface by the spin after an impact at `angle` \[degrees] from the normal, over the
@@ -182,13 +182,13 @@ fn mean_impact(angle: Real, law: LinearSpringDashpot, steps: Real) -> [Real; 2] 
 }
 
 #[test]
-fn sub_steps_of_contacts_from_touch_keep_the_mean_restitution_within_one_percent() {
+fn sub_steps_of_contacts_from_touch_keep_the_mean_restitution_within_a_hundredth() {
     let start = ContactStart::Touch;
     for e in [0.5, 0.7, 0.9] {
         let law = LinearSpringDashpot { contact_start: start, ..law(1e4, Damping::Restitution(e)) };
         let [fine, usual] = [500.0, usual_steps(start)].map(|steps| mean_impact(1.0, law, steps)[0]);
         println!("restitution {e}: {fine:.4} fine, {usual:.4} at the usual sub-step");
-        assert!((usual / fine - 1.0).abs() < 1e-2, "{e}: {fine} {usual}");
+        assert!((usual - fine).abs() < 1e-2, "{e}: {fine} {usual}");
     }
 }
 
@@ -198,14 +198,18 @@ fn too_long_sub_steps_miss_the_mean_restitution() {
     let start = ContactStart::Touch;
     let law = LinearSpringDashpot { contact_start: start, ..law(1e4, Damping::Restitution(0.5)) };
     let [fine, coarse] = [500.0, 0.3 * usual_steps(start)].map(|steps| mean_impact(1.0, law, steps)[0]);
-    assert!((coarse / fine - 1.0).abs() > 1e-2, "{fine} {coarse}");
+    assert!((coarse - fine).abs() > 1e-2, "{fine} {coarse}");
 }
 
-/// Largest error of the spin over the tangential speed before, with sub-steps `factor` times as short as usual.
-fn error_of_the_spin(start: ContactStart, factor: Real) -> Real {
+/// The paper's sand with contacts from `start`.
+fn sand(start: ContactStart) -> LinearSpringDashpot {
     let paper = Damping::Literal { normal: 2.95e-3, tangential: 2.95e-3 };
-    let law = LinearSpringDashpot { contact_start: start, ..law(1e4, paper) };
-    let spin = |angle: Real, steps: Real| mean_impact(angle, law, steps)[1];
+    LinearSpringDashpot { contact_start: start, ..law(1e4, paper) }
+}
+
+/// Largest mean error of the spin over the tangential speed before, with sub-steps `factor` times as short as usual.
+fn error_of_the_spin(start: ContactStart, factor: Real) -> Real {
+    let spin = |angle: Real, steps: Real| mean_impact(angle, sand(start), steps)[1];
     let error = |angle: Real| (spin(angle, factor * usual_steps(start)) - spin(angle, 2000.0)).abs();
     [5.0, 20.0, 30.0, 40.0, 60.0].map(error).into_iter().fold(0.0, Real::max)
 }
@@ -217,8 +221,42 @@ fn contacts_that_start_at_the_touch_take_up_the_right_spin() {
     println!(
         "error of the spin from the touch {usual:.4}, at half the sub-step {half:.4}; from the sub-step {from_the_sub_step:.4}"
     );
-    assert!(usual < 1e-2 && half < 1e-2, "{usual} {half}");
+    assert!(usual < stability::USUAL_ERROR && half < 2e-3, "{usual} {half}");
     assert!(from_the_sub_step > 2e-2, "negative control: {from_the_sub_step}");
+    let too_long = error_of_the_spin(ContactStart::Touch, 1.0 / 3.0);
+    assert!(too_long > 5.0 * stability::USUAL_ERROR, "negative control, six times 0.075: {too_long}");
+}
+
+/// The errors that are told are those of the engine.
+#[test]
+fn errors_of_impacts_are_those_of_the_engine() {
+    let radius = 3.5e-4;
+    let mass = 2650.0 * Body::ball(radius).volume;
+    for start in [ContactStart::Touch, ContactStart::SubStep] {
+        let told = impact::Impacts::new(&sand(start).into(), mass, radius).errors(start.substep_factors()[1]);
+        let found = error_of_the_spin(start, 1.0);
+        assert!((told.spin.mean / found - 1.0).abs() < 0.1, "{start:?}: {} told, {found} found", told.spin.mean);
+        assert!(told.spin.largest > told.spin.mean && told.restitution.mean < 1e-3, "{told:?}");
+    }
+}
+
+/// Sub-steps for an error that is asked for; the pair of lightest grains has it at most.
+#[test]
+fn sub_steps_are_as_long_as_the_error_that_is_allowed() {
+    let asked = |allowed: Option<Real>| {
+        let interactions = Interactions::uniform(1, sand(ContactStart::Touch)).with_allowed_error(allowed);
+        let mut masses = stability::EffectiveMasses::new(&interactions);
+        masses.add(&Body::ball(3.5e-4), 1.0, 4.76e-7, 0);
+        let longest = masses.longest_substep();
+        let errors = masses.impact_errors(longest.contact).expect("there is a grain");
+        (longest.contact, longest.accurate, errors.mean())
+    };
+    let usual = asked(None);
+    assert!(usual.1 && usual.2 < stability::USUAL_ERROR, "{usual:?}");
+    let [rough, fine] = [0.05, 0.002].map(|allowed| asked(Some(allowed)));
+    assert!((rough.0 / usual.0 - 1.5).abs() < 1e-9 && rough.2 < 0.05, "{rough:?}, three times 0.075");
+    assert!(fine.0 < 0.7 * usual.0 && fine.1 && fine.2 < 0.002, "{fine:?}");
+    assert!(!asked(Some(1e-7)).1, "no sub-step is as good");
 }
 
 #[test]

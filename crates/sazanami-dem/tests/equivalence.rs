@@ -279,7 +279,7 @@ fn packing_goes_on_after_an_interruption() {
     let mut saved = vec![];
     let mut reports = vec![];
     while !matches!(packing.stage(), Stage::Done | Stage::GivenUp) {
-        if reports.len() % 150 == 100 {
+        if reports.len() % 80 == 60 {
             let mut snapshot = Snapshot::default();
             packing.snapshot(&domain, "bed/", &mut snapshot);
             saved.push((reports.len(), snapshot));

@@ -36,7 +36,8 @@ named_vectors! {
         gravity_on_grains,
         /// Displaced-mass flux `-sum_k v_k dm_f,k` of the free grains.
         displaced_mass_flux,
-        /// Momentum convected in less that convected out through open sides, and that of clipped residue.
+        /// Momentum convected in less that convected out through open sides, that of grains that leave through them, and that of
+        /// clipped residue.
         open_sides,
         /// Of the constraints that hold or drive fixed and prescribed grains.
         held_grains,

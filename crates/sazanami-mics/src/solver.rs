@@ -167,6 +167,9 @@ impl Solver {
         projection: Projection,
         mut grains: GrainPhase,
     ) -> Self {
+        // Grains leave through what is no wall of the fluid; where a wall for grains alone stands they do not get there.
+        let open = |d: usize| [0, 1].map(|side| boundary.opening(d, side).is_some());
+        grains.engine_mut().let_leave([open(0), open(1), open(2)]);
         let acceleration = Acceleration::of(&domain, &grains, &flow);
         let room = Room::beside(&domain, &mut grains);
         Self {

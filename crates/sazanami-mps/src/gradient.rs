@@ -26,7 +26,7 @@ pub(crate) fn gradient(
     uncorrected.resize(*owned, false);
     let weight_of_fluid = step.settings.fluid.density * step.reduced_force;
     let field = PressureField { pressure, position, inverse_void, roles: role, kind, weight_of_fluid };
-    gradient_of(step.kernel, blocks, &field, &mut gradient[..*owned], uncorrected);
+    gradient_of((step.kernel, GradientForm::Corrected), blocks, &field, &mut gradient[..*owned], uncorrected);
     let uncorrected = &uncorrected[..];
     step.domain.sum(sum_of(*owned, |a| [if uncorrected[a] { 1.0 } else { 0.0 }]))[0] as usize
 }
@@ -45,14 +45,14 @@ pub(crate) struct PressureField<'a> {
 /// Gradient of the reduced pressure at each own fluid particle, and whether it was left uncorrected. The total pressure
 /// gradient at isolated particles is zero.
 pub(crate) fn gradient_of(
-    kernel: &Kernel,
+    (kernel, form): (&Kernel, GradientForm),
     blocks: &[Block],
     field: &PressureField<'_>,
     into: &mut [Vector],
     uncorrected: &mut [bool],
 ) {
     let PressureField { pressure, position, inverse_void, roles, kind, weight_of_fluid } = *field;
-    let Kernel { scheme, weight, sums } = kernel;
+    let Kernel { weight, sums, .. } = kernel;
     let owned = into.len();
     let into = &mut into[..];
     for_each_chunk((into, uncorrected), ROWS, |number, (into, uncorrected)| {
@@ -81,7 +81,7 @@ pub(crate) fn gradient_of(
                 add(&mut matrix, share, apart);
                 sum += (share * (pressure[b] - pressure[a])) * apart;
             }
-            let corrected = match scheme.gradient {
+            let corrected = match form {
                 GradientForm::Corrected => inverse(&matrix, support),
                 GradientForm::Classical => Some(Matrix::from_diagonal(Vector::splat(3.0 / sums.others))),
             };

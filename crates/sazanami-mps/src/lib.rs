@@ -1,8 +1,9 @@
 //! Moving-particle fluid coupled to spherical grains by overlap (DEM-MPS, after Tazaki, Harada, Ikari and Gotoh).
 //!
-//! Enhanced moving-particle semi-implicit method (MPS): higher-order source of the pressure equation (HS), higher-order
-//! Laplacian (HL), error-compensating source (ECS), corrected gradient (GC) and dynamic stabilisation (DS), all with a
-//! Wendland C2 weight function. The step is in [`solver`]; equations and their sources are in `docs/theory/mps.md`.
+//! The pressure force is the negative transpose of the divergence ([`scheme::Projection::Conjugate`]); beside it stands the
+//! published method, enhanced MPS: higher-order source of the pressure equation (HS), higher-order Laplacian (HL),
+//! error-compensating source (ECS), corrected gradient (GC) and dynamic stabilisation (DS). Both have a Wendland C2 weight
+//! function. The step is in [`solver`]; equations and their sources are in `docs/theory/mps.md`.
 //!
 //! A weight function is 1 at the centre and nothing from its radius of influence on:
 //!
@@ -42,7 +43,6 @@ mod reductions;
 mod report;
 pub mod scheme;
 mod settings;
-mod shifting;
 pub mod snapshot;
 pub mod solver;
 mod source;

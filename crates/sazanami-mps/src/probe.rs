@@ -111,11 +111,10 @@ impl Probe {
     #[must_use]
     pub fn gradient(&self, form: GradientForm, pressure: &[Real]) -> Vec<Vector> {
         let Particles { kind, position, role, owned, .. } = &self.particles;
-        let kernel = Kernel { scheme: Scheme { gradient: form, ..self.kernel.scheme }, ..self.kernel };
         let (inverse_void, weight_of_fluid) = (&self.inverse_void[..], Vector::ZERO);
         let field = PressureField { pressure, position, inverse_void, roles: role, kind, weight_of_fluid };
         let (mut found, mut uncorrected) = (vec![Vector::ZERO; *owned], vec![false; *owned]);
-        gradient_of(&kernel, &self.equation, &field, &mut found, &mut uncorrected);
+        gradient_of((&self.kernel, form), &self.equation, &field, &mut found, &mut uncorrected);
         found
     }
 }

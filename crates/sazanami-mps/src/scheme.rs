@@ -1,4 +1,4 @@
-//! Properties of the fluid and choice of the MPS enhancements.
+//! Properties of the fluid and choice of the scheme.
 
 use sazanami_numerics::Real;
 use sazanami_numerics::choices;
@@ -9,39 +9,29 @@ choices! {
     /// Projection of the velocities to zero divergence.
     #[derive(Default)]
     pub enum Projection {
-        /// Enhanced MPS: a Laplacian with a source, pressure zero at the particles found at the surface, a corrected gradient.
-        #[default]
-        Enhanced = "enhanced",
         /// The pressure force is the negative transpose of the divergence: it keeps momentum and never adds kinetic energy;
         /// pressure zero lies beyond the outermost particles by itself (`docs/decisions/0018-scheme-of-moving-particles.md`).
+        #[default]
         Conjugate = "conjugate",
+        /// The published MPS-HS-HL-ECS-GC-DS: a Laplacian with a source, pressure zero at the particles found at the surface, a
+        /// corrected gradient, dynamic stabilisation.
+        Enhanced = "enhanced",
     }
 }
 
-/// Source of the pressure equation.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum SourceForm {
-    /// Rate of change of the number density, from velocities (HS, Khayyer & Gotoh 2009).
-    #[default]
-    HigherOrder,
-    /// Deviation of the predicted number density from n0, divided by the step (Koshizuka & Oka 1996): a negative control.
-    Classical,
-}
-
-/// Gradient of the pressure.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// Gradient of the pressure of [`Projection::Enhanced`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GradientForm {
     /// With the inverse moment matrix: exact for linear fields on any arrangement (GC, Khayyer & Gotoh 2011).
-    #[default]
     Corrected,
-    /// Normalised by the number density, exact on a cubic lattice only: a negative control.
+    /// Normalised by the number density, exact on a cubic lattice only: a negative control of the operators.
     Classical,
 }
 
 /// Distance below which dynamic stabilisation repels a pair (DS, Tsuruta, Khayyer & Gotoh 2013), over the mean size of its
 /// particles. With 0.85 (one minus the Courant number) still water on a disordered arrangement gains energy
 /// (`docs/decisions/0006-moving-particles.md`).
-pub const STABILISATION_DISTANCE: Real = 0.95;
+pub(crate) const STABILISATION_DISTANCE: Real = 0.95;
 
 /// Least radius of influence of [`Projection::Conjugate`] over the particle spacing: with less still water of a lattice
 /// does not stay at rest.
@@ -50,49 +40,35 @@ pub const CONJUGATE_RADIUS: Real = 2.6;
 /// Radius of influence of [`Projection::Enhanced`] over the particle spacing that its constants were found with.
 pub const ENHANCED_RADIUS: Real = 3.1;
 
-/// The enhancements in use and their parameters.
+/// The scheme in use and its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scheme {
-    /// Projection of the velocities to zero divergence. [`Projection::Conjugate`] uses `radius` and `relaxation` alone.
+    /// Projection of the velocities to zero divergence.
     pub projection: Projection,
     /// Radius of influence r_e over the particle spacing, 2.1 to 3.6.
     pub radius: Real,
-    /// Source of the pressure equation (HS).
-    pub source: SourceForm,
     /// Time over which an error of the number density relaxes, in flow time scales (half a millisecond for slowly
     /// moving water at a spacing of 1 mm); infinite, no relaxation, in negative controls.
     pub relaxation: Real,
-    /// Gradient of the pressure (GC).
-    pub gradient: GradientForm,
-    /// Distance below which dynamic stabilisation (DS) acts, over the mean size of a pair; `None`: off.
-    pub stabilisation: Option<Real>,
-    /// Diffusion number of particle shifting, 0 to 0.5: in one flow time scale particles move by this times
-    /// `(r_e/2)^2` down the gradient of their concentration; 0: off.
-    pub shifting: Real,
-    /// Whether the hydrostatic part is split off the pressure before solving: exact for still water; not in negative controls.
-    pub reduced_pressure: bool,
 }
 
 impl Default for Scheme {
     fn default() -> Self {
-        Self {
-            projection: Projection::Enhanced,
-            radius: ENHANCED_RADIUS,
-            source: SourceForm::HigherOrder,
-            relaxation: 100.0,
-            gradient: GradientForm::Corrected,
-            stabilisation: Some(STABILISATION_DISTANCE),
-            shifting: 0.0,
-            reduced_pressure: true,
-        }
+        Self::conjugate(CONJUGATE_RADIUS)
     }
 }
 
 impl Scheme {
     /// The conjugate projection with a radius of influence, over the particle spacing.
     #[must_use]
-    pub fn conjugate(radius: Real) -> Self {
-        Self { projection: Projection::Conjugate, radius, ..Self::default() }
+    pub const fn conjugate(radius: Real) -> Self {
+        Self { projection: Projection::Conjugate, radius, relaxation: 100.0 }
+    }
+
+    /// The published MPS-HS-HL-ECS-GC-DS.
+    #[must_use]
+    pub const fn published() -> Self {
+        Self { projection: Projection::Enhanced, radius: ENHANCED_RADIUS, relaxation: 100.0 }
     }
 
     /// Source of the pressure equation [1/s]: the `predicted` rate of compression plus the error-compensating terms
@@ -108,10 +84,7 @@ impl Scheme {
     ) -> Real {
         if beside_surface && error < 0.0 {
             // Next to the free surface a low number density is no error.
-            return match self.source {
-                SourceForm::HigherOrder => predicted,
-                SourceForm::Classical => predicted.max(0.0),
-            };
+            return predicted;
         }
         predicted + (error.abs() * rate + rate.abs() * error + error / (self.relaxation * time))
     }
@@ -128,10 +101,9 @@ pub struct Fluid {
     pub spacing: Real,
 }
 
-/// Weight function, enhancements and normalisation of all sums over pairs.
+/// Weight function, scheme and normalisation of all sums over pairs.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Kernel {
-    pub scheme: Scheme,
     pub weight: Weight,
     pub sums: Calibration,
 }
@@ -139,6 +111,6 @@ pub(crate) struct Kernel {
 impl Kernel {
     pub fn new(scheme: Scheme, spacing: Real) -> Self {
         let weight = Weight { radius: scheme.radius * spacing };
-        Self { scheme, weight, sums: Calibration::new(&weight, spacing) }
+        Self { weight, sums: Calibration::new(&weight, spacing) }
     }
 }

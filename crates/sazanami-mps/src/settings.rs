@@ -25,7 +25,7 @@ impl Default for Tolerance {
 pub struct Settings {
     /// Fluid properties and particle spacing.
     pub fluid: Fluid,
-    /// Enhancements of the method.
+    /// Scheme and its parameters.
     pub scheme: Scheme,
     /// Limits of the time step.
     pub limits: StepLimits,

@@ -20,7 +20,7 @@ use crate::number_density::{NumberDensity, Prediction, Sample};
 use crate::particles::{Kind, Particles, Role};
 use crate::pressure::PressureEquation;
 pub use crate::report::{EnergyChanges, Phase, StepReport};
-use crate::scheme::{Fluid, Kernel, Projection, Scheme};
+use crate::scheme::{Fluid, Kernel, Projection};
 pub use crate::settings::{Forcing, Settings};
 use crate::stabilisation::Stabiliser;
 use crate::stability::{Rates, Step};
@@ -53,7 +53,6 @@ struct Columns {
     /// Positions and velocities with the pressure; in the end the new state.
     new: Motion,
     stabiliser: Stabiliser,
-    displacements: Vec<Vector>,
 }
 
 /// Fluid and walls on one rank.
@@ -89,8 +88,7 @@ impl Solver {
     /// not periodic.
     #[must_use]
     pub fn reduced_force(&self, body_force: Vector) -> Vector {
-        let Scheme { projection, reduced_pressure, .. } = self.settings.scheme;
-        if projection == Projection::Conjugate || !reduced_pressure {
+        if self.settings.scheme.projection == Projection::Conjugate {
             return Vector::ZERO;
         }
         Vector::select(self.periods.length.cmpgt(Vector::ZERO), Vector::ZERO, body_force)

@@ -9,7 +9,6 @@ use crate::neighbours::ROWS;
 use crate::number_density::{NumberDensity, Prediction, Sample, rate_by};
 use crate::particles::{Particles, Role};
 use crate::pressure::hydrostatic;
-use crate::scheme::SourceForm;
 
 /// Sums and columns from which the source is computed.
 #[derive(Clone, Copy)]
@@ -44,13 +43,11 @@ pub(crate) fn set_right_side(
         for (place, row) in rows.iter_mut().enumerate().filter(|(_, row)| row.diagonal > 0.0) {
             let a = number * ROWS + place;
             let dry = step.is_dry_wall(kind[a], predicted[a].density);
-            let compression = match settings.scheme.source {
-                // Isolated particles do not compress a dry wall.
-                SourceForm::HigherOrder if dry => {
-                    rate_by(kernel, samples, a, blocks[number].row(place).0, |b| role[b] != Role::Inactive)
-                }
-                SourceForm::HigherOrder => predicted[a].rate,
-                SourceForm::Classical => strain(predicted[a].density) / dt,
+            // Isolated particles do not compress a dry wall.
+            let compression = if dry {
+                rate_by(kernel, samples, a, blocks[number].row(place).0, |b| role[b] != Role::Inactive)
+            } else {
+                predicted[a].rate
             };
             // No tension at dry walls, neither from receding fluid nor from error compensation.
             let source = if dry {

@@ -9,7 +9,7 @@ use crate::matrix::{Block, CLOSE_RADIUS};
 use crate::neighbours::ROWS;
 use crate::particles::Kind;
 use crate::reductions::{largest, sum_of};
-use crate::scheme::Kernel;
+use crate::scheme::{Kernel, STABILISATION_DISTANCE};
 
 /// Distance over the particle spacing below which a pair collides.
 const COLLISION: Real = 0.5;
@@ -69,11 +69,10 @@ impl Stabiliser {
         let longest = domain.max(longest.max(0.0)).sqrt();
         *close = 2.0 * longest + widest(spacing) < CLOSE_RADIUS * spacing;
         *nearest = 0.0;
-        let Some(distance) = settings.scheme.stabilisation else { return StabilisationReport::default() };
         let Motion { position: after, velocity } = new;
         repulsions.resize(owned, Repulsion::default());
         let moved = Moved { kind, before, after, velocity, size, blocks, close: *close };
-        find_repulsions(kernel, distance, spacing, &moved, repulsions);
+        find_repulsions(kernel, STABILISATION_DISTANCE, spacing, &moved, repulsions);
         let (rate, mass, repulsions) = (dt / (flow_time * flow_time), step.particle_mass(), &repulsions[..]);
         let sums = sum_of(owned, |a| {
             let change = rate * repulsions[a].displacement;

@@ -129,7 +129,7 @@ mod tests {
 
     #[test]
     fn clustered_particles_at_the_edge_are_at_the_surface() {
-        let kernel = Kernel::new(Scheme::default(), 1.0);
+        let kernel = Kernel::new(Scheme::published(), 1.0);
         let test = SurfaceTest::of(&kernel.sums);
         let mut water = lattice(0, 0.0);
         // Two more, half a spacing beside a particle of the top layer and a little below.
@@ -143,7 +143,7 @@ mod tests {
     /// Radii from the smallest to the largest.
     fn kernels() -> impl Iterator<Item = Kernel> {
         let radii = [2.1, 2.35, 2.6, 2.85, 3.1, 3.35, 3.6];
-        radii.into_iter().map(|radius| Kernel::new(Scheme { radius, ..Scheme::default() }, 1.0))
+        radii.into_iter().map(|radius| Kernel::new(Scheme { radius, ..Scheme::published() }, 1.0))
     }
 
     /// Whether eigenvalue and cone take a place among particles of unit spacing for surface.
@@ -219,7 +219,7 @@ mod tests {
             }
         }
         // Negative control: number density and asymmetry of the smallest radius take water inside for surface.
-        let kernel = Kernel::new(Scheme { radius: 2.1, ..Scheme::default() }, 1.0);
+        let kernel = Kernel::new(Scheme { radius: 2.1, ..Scheme::published() }, 1.0);
         let (test, water) = (SurfaceTest::of(&kernel.sums), lattice(6, 0.2));
         let by_density = |x: Vector| {
             let others: Vec<_> = water.iter().copied().filter(|&y| y != x).collect();
@@ -233,7 +233,7 @@ mod tests {
     #[test]
     fn disordered_fluid_is_less_asymmetric_than_a_surface() {
         for radius in [3.1, 3.6, 2.1] {
-            let kernel = Kernel::new(Scheme { radius, ..Scheme::default() }, 1.0);
+            let kernel = Kernel::new(Scheme { radius, ..Scheme::published() }, 1.0);
             let test = SurfaceTest::of(&kernel.sums);
             let water = lattice(6, 0.3);
             let inside = water.iter().filter(|x| x.abs().max_element() < 2.5);

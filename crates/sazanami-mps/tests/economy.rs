@@ -5,7 +5,7 @@ use sazanami_mps::boundary::{Side, Tank, WallFriction};
 use sazanami_mps::gates::Gate;
 use sazanami_mps::grains::{AddedMass, AddedMassForm, Coupling, DragExchange, DragParameters, GrainPhase, Lift};
 use sazanami_mps::pressure::Tolerance;
-use sazanami_mps::scheme::{Fluid, Projection, Scheme};
+use sazanami_mps::scheme::{Fluid, Scheme};
 use sazanami_mps::solver::{FluidParticle, Forcing, Settings, Solver};
 use sazanami_mps::stability::StepLimits;
 use sazanami_numerics::domain::Domain;
@@ -94,11 +94,11 @@ fn a_step_allocates_nothing(scheme: Scheme, length: usize, gate: Option<Gate>, f
 
 #[test]
 fn a_step_allocates_nothing_after_some() {
-    a_step_allocates_nothing(Scheme::default(), 12, None, NO_FORCES);
+    a_step_allocates_nothing(Scheme::published(), 12, None, NO_FORCES);
 }
 
 fn conjugate() -> Scheme {
-    Scheme { projection: Projection::Conjugate, radius: 2.6, ..Scheme::default() }
+    Scheme::default()
 }
 
 #[test]
@@ -114,5 +114,5 @@ fn a_step_with_a_gate_that_rises_allocates_nothing_after_some() {
 
 #[test]
 fn a_step_with_added_mass_and_lift_allocates_nothing_after_some() {
-    a_step_allocates_nothing(Scheme::default(), 12, None, (AddedMassForm::Zuber, Lift::Mei));
+    a_step_allocates_nothing(Scheme::published(), 12, None, (AddedMassForm::Zuber, Lift::Mei));
 }

@@ -44,10 +44,10 @@ impl Spline {
         [self.x[0], self.x[self.x.len() - 1]]
     }
 
-    /// Number of points with an abscissa in a closed range.
+    /// Abscissae of the points in a closed range.
     #[must_use]
-    pub fn points_within(&self, [first, last]: [Real; 2]) -> usize {
-        self.x.partition_point(|&x| x <= last) - self.x.partition_point(|&x| x < first)
+    pub fn abscissae_within(&self, [first, last]: [Real; 2]) -> &[Real] {
+        &self.x[self.x.partition_point(|&x| x < first)..self.x.partition_point(|&x| x <= last)]
     }
 
     /// Value, slope and second derivative at `x`; beyond the ends the curve goes on straight.

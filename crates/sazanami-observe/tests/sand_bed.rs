@@ -87,7 +87,7 @@ fn a_crater_in_sand_is_measured_above_its_noise() {
     };
     let crater = sand(bowl).view(|bed| Erosion::of(bed, &settings(), Some(&initial))).unwrap();
     assert!(crater.crater.volume > 3.0 * initial.noise, "{:?}", crater.crater);
-    assert!((crater.crater.refined_rim_radius - radius).abs() < settings().layer);
+    assert!((crater.crater.rim_radius - radius).abs() < settings().layer);
     assert!((crater.crater.depth - 2.5e-3).abs() < D);
     // A paraboloid below the initial level: depth 1.9 mm, base area by its radius there.
     let excavated = 0.5 * 1.9e-3 * std::f64::consts::PI * radius * radius * (1.9 / 2.5);

@@ -6,6 +6,7 @@ mod disk;
 mod limits;
 mod memory;
 mod model;
+mod overlapping;
 mod particles;
 mod pictures;
 mod populations;
@@ -28,15 +29,20 @@ pub(crate) use cost::packing_substeps;
 use cost::packing_time;
 pub use disk::warn_of_disk;
 pub use limits::SubstepCause;
-pub(crate) use limits::{Cause, Pace, speeds, stiffest_contact, stiffness, strongest_force, substep_cause};
+pub(crate) use limits::{
+    Cause, Pace, impact_errors, longest_substep, speeds, stiffest_contact, stiffness, strongest_force, substep_cause,
+};
 pub use memory::{check_memory, memory, warn_of_address_space};
 pub use model::CostModel;
+pub(crate) use overlapping::warn_of_overlap;
 pub use particles::ParticlesReport;
 pub use pictures::PictureCost;
 pub use populations::ShapeFacts;
 pub(crate) use populations::{exchange_of, population_reports};
 pub use ranks::{RanksReport, ranks};
-pub use report::{BumpReport, CheckReport, ExchangeReport, LimitReport, LiquidReport, PopulationReport};
+pub use report::{
+    BumpReport, CheckReport, ErrorReport, ExchangeReport, ImpactReport, LimitReport, LiquidReport, PopulationReport,
+};
 pub(crate) use tank_warnings::warn_of_tank;
 pub use text::explain;
 pub use waves::TankReport;
@@ -96,16 +102,16 @@ pub fn check(case: &Case, known: Known, machine: &Machine, threads: usize, model
     let size = Size { cells: case.domain.cell_count(), grains, spheres: contact_spheres };
     let packing = cost::packing_substeps(case, &populations, model);
     let substep_cause = substep_cause(case, &populations);
-    let pictures = pictures::time(case, &populations, [pace.steps, pace.dt], model);
+    let pictures = pictures::time(case, &populations, [pace.steps, pace.mean], model);
     let predict = |pace: &Pace| {
-        let Pace { steps, dt, passes, substeps, .. } = *pace;
+        let Pace { steps, stable: dt, passes, mean_substeps: substeps, .. } = *pace;
         let work = cost::Work { steps, dt, passes, substeps, packing, pictures, made_ready: known.made_ready };
         // Threads beyond the processors take turns on them.
         cost::predict(case, &populations, &size, &work, particles.as_ref(), threads.min(machine.cores), model)
     };
     let total = |parts: &[(&'static str, Real)]| parts.iter().map(|(_, seconds)| seconds).sum::<Real>();
     let (predicted, most) = (predict(&pace), total(&predict(&reached)));
-    let disk_parts = disk::disk(case, &size, [pace.steps, pace.dt], model);
+    let disk_parts = disk::disk(case, &size, [pace.steps, pace.mean], model);
     CheckReport {
         case: case.name.clone(),
         title: case.title.clone(),
@@ -128,7 +134,7 @@ pub fn check(case: &Case, known: Known, machine: &Machine, threads: usize, model
         fluid_passes: pace.passes,
         substeps: pace.substeps,
         substep_cause,
-        spin_error: pace.spin_error,
+        impact_errors: pace.impact_errors.map(Into::into),
         steps: pace.steps,
         most_steps: reached.steps,
         limits: pace.limits,
@@ -158,12 +164,12 @@ pub(crate) fn packing_time_of(case: &Case, shapes: &[ShapeFacts]) -> Option<Real
 }
 
 fn liquid_reports(case: &Case) -> Vec<LiquidReport> {
-    let report = |liquid: &LiquidRegion| {
+    let report = |(liquid, taken): (&LiquidRegion, Real)| {
         let density = match liquid.fluid {
             FluidName::Liquid => case.fluid.liquid.density,
             FluidName::Gas => case.fluid.gas.density,
         };
-        let volume = particles::volume_between_grains(case, liquid);
+        let volume = particles::volume_between_grains(case, liquid).map(|volume| volume * (1.0 - taken));
         let [low, high] = liquid.region.heights();
         LiquidReport {
             name: liquid.name.clone(),
@@ -174,5 +180,5 @@ fn liquid_reports(case: &Case) -> Vec<LiquidReport> {
             cells_per_height: Some((high - low) / case.domain.spacing().z).filter(|n| n.is_finite()),
         }
     };
-    case.liquids.iter().map(report).collect()
+    case.liquids.iter().zip(overlapping::taken(case)).map(report).collect()
 }

@@ -84,7 +84,10 @@ impl Clock {
 /// swing to 0.1 %: the sum of `sin` over steps of `T/n` is off by `(pi/n)^2/6`.
 pub(crate) const STEPS_OF_SWING: Real = 40.0;
 
-/// Name of that limit.
+/// Name of the limit of steps that end on an output, and of the phase between the steps.
+pub(crate) const OUTPUT: &str = "output";
+
+/// Name of the limit by [`STEPS_OF_SWING`].
 pub(crate) const SWING: &str = "swing";
 
 /// Longest step that follows what shakes the box and drives the flow \[s]; `None` where nothing swings.

@@ -27,7 +27,7 @@ use crate::case::meaning::{
 };
 use crate::case::units::rounded;
 use crate::case::{CaseError, Diagnostics, LoadedCase};
-use crate::check::{CostModel, PACKED, ShapeFacts, check_memory, exchange_of, warn_of_tank};
+use crate::check::{CostModel, PACKED, ShapeFacts, check_memory, exchange_of, warn_of_overlap, warn_of_tank};
 use crate::machine::Machine;
 
 use placed::Placed;
@@ -66,6 +66,7 @@ pub fn check(loaded: &LoadedCase, machine: &Machine, model: &CostModel) -> Resul
     let mut report = loaded.warnings.clone();
     let refused = |diagnostics: Diagnostics| Box::new(CaseError { source: loaded.source.clone(), diagnostics });
     warn_of_tank(loaded, &mut report);
+    warn_of_overlap(loaded, &mut report);
     check_memory(loaded, machine, model, &mut report);
     beds::can_be_written(loaded, &mut report);
     if report.has_errors() {

@@ -2,6 +2,8 @@
 
 use sazanami_numerics::Real;
 
+use crate::case::meaning::{self, Case};
+
 /// Relative distance at which two times count as one.
 const SAME: Real = 1e-9;
 
@@ -24,7 +26,7 @@ impl Schedule {
     #[must_use]
     pub fn next_after(&self, now: Real) -> Option<Real> {
         let later = |time: Real| time > now + SAME * time.abs().max(Real::MIN_POSITIVE);
-        let listed = self.at.iter().copied().find(|&time| later(time));
+        let listed = self.at.get(self.at.partition_point(|&time| !later(time))).copied();
         let regular = self.every.map(|every| {
             let count = (now / every).floor();
             let next = (count + 1.0) * every;
@@ -49,12 +51,56 @@ impl Schedule {
         std::iter::successors(self.next_after(before), |&due| self.next_after(due)).take_while(move |&due| due <= until)
     }
 
+    /// Whether there is any time in it.
+    #[must_use]
+    pub fn is_used(&self) -> bool {
+        self.every.is_some() || !self.at.is_empty()
+    }
+
     /// Whether time zero itself is listed or regular.
     #[must_use]
     pub fn starts_at_zero(&self) -> bool {
         self.every.is_some() || self.at.first() == Some(&0.0)
     }
 }
+
+/// Times on which a step has to end: those of series, fields, grains, pictures and checkpoints. Probes are read between
+/// the ends of steps and shorten none.
+#[derive(Clone, Debug)]
+pub(crate) struct StepEnds([Schedule; 5]);
+
+impl StepEnds {
+    pub fn of(case: &Case) -> Self {
+        let output = &case.output;
+        let by_time = |written: &meaning::Schedule| Schedule::new(written.every, written.at.clone());
+        let [series, fields, grains, figures] =
+            [&output.series, &output.fields, &output.grains, &output.figures].map(by_time);
+        Self([series, fields, grains, figures, Schedule::new(case.checkpoint.every, Vec::new())])
+    }
+
+    /// Next of them after `now` \[s].
+    pub fn next_after(&self, now: Real) -> Option<Real> {
+        self.0.iter().filter_map(|times| times.next_after(now)).reduce(Real::min)
+    }
+
+    /// Steps from time zero to `until` \[s] if none is longer than `longest` \[s]: counted between the first
+    /// [`MOST_WALKED`] of these times, and as many a second after them.
+    pub fn steps(&self, until: Real, longest: Real) -> Real {
+        let (mut now, mut steps) = (0.0, 0.0);
+        for _ in 0..MOST_WALKED {
+            let next = self.next_after(now).map_or(until, |due| due.min(until));
+            steps += ((next - now) / longest * (1.0 - SAME)).ceil();
+            now = next;
+            if now >= until {
+                return steps;
+            }
+        }
+        (steps * until / now).ceil()
+    }
+}
+
+/// Ends of steps that are looked at one by one.
+const MOST_WALKED: usize = 10_000;
 
 #[cfg(test)]
 mod tests {

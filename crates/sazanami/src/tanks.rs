@@ -59,7 +59,7 @@ fn tank_of(case: &Case) -> String {
             ..case.output.clone()
         },
         checkpoint: Checkpoints { every_wall: None, every: None, keep: 1 },
-        run: RunLength { until: 0.0, steps: None, packing_only: false },
+        run: RunLength::until(0.0),
         ..case.clone()
     };
     tank.drive = None;

@@ -7,9 +7,10 @@ use sazanami::check::{self, CheckReport, CostModel, Known};
 use sazanami::feasible;
 use sazanami::machine::{Machine, MemoryLimit};
 
-/// The shipped tank and the shipped crater.
+/// The shipped tank, crater and column of water.
 const RIPPLES: &str = "ripples/quick.toml";
 const RAINDROP: &str = "raindrop/quick.toml";
+const DAM_BREAK: &str = "both/dam-break.toml";
 
 /// Findings on a shipped case with other values, each with its place, label and suggestion; whether it can run.
 fn findings(case: &str, overrides: &[&str]) -> (bool, Vec<String>) {
@@ -60,6 +61,8 @@ fn runs_that_come_to_no_end_are_refused() {
             (RAINDROP, "run.until=1e300 s", "would not come to its end"),
             (RIPPLES, "contact.default.normal_stiffness=1e30 N/m", "1.0e30 N/m ask for"),
             (RIPPLES, "dem.film_roughness=1e-20 m", "the film between grains asks for"),
+            (RIPPLES, "dem.allowed_error=2e-6", "no sub-step keeps impacts within an error of 2e-6"),
+            (RAINDROP, "dem={allowed_error=0.01,substeps=20}", "`substeps` gives their number"),
             (RIPPLES, "frame.acceleration=[\"1e9 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"]", "this body force"),
             (RAINDROP, "gravity=1e9 m/s^2", "this body force"),
             (RAINDROP, "liquid.0.fall.speed=1e5 m/s", "faster than sound"),
@@ -67,6 +70,7 @@ fn runs_that_come_to_no_end_are_refused() {
     );
     std::fs::remove_file(&scratch).unwrap();
     assert!(findings(RIPPLES, &["run.until=7 s", "contact.default.normal_stiffness=1e5 N/m"]).0);
+    assert!(findings(RIPPLES, &["dem.allowed_error=0.01"]).0 && findings(RAINDROP, &["dem.substeps=20"]).0);
 }
 
 #[test]
@@ -377,4 +381,98 @@ fn the_bins_of_a_tank_are_foretold_where_water_can_be() {
     assert!(memory(&[high]) < 1.01 * low, "{low}");
     let above = "liquid.0.position=[\"0 mm\", \"0 mm\", \"171 m\"]";
     assert!(memory(&[high, above]) > 5.0 * low, "{low}");
+}
+
+/// Two drops of 8 and 6 mm whose centres are 4 mm apart.
+const TWO_DROPS: [&str; 4] = [
+    "solver=mics",
+    "grains=[]",
+    "domain={ size = [\"20 mm\", \"20 mm\", \"20 mm\"], cells = [16, 16, 16] }",
+    "liquid=[{ name = \"a\", region.sphere.diameter = \"8 mm\", position = [\"8 mm\", \"10 mm\", \"10 mm\"] }, \
+     { name = \"b\", region.sphere.diameter = \"6 mm\", position = [\"12 mm\", \"10 mm\", \"10 mm\"] }]",
+];
+
+#[test]
+fn liquids_that_overlap_are_counted_once_and_said() {
+    let volumes = |changes: &[&str]| -> Vec<f64> {
+        let (_, report) = report(DAM_BREAK, &[&TWO_DROPS[..], changes].concat());
+        report.liquids.iter().map(|liquid| 1e9 * liquid.volume_m3.unwrap()).collect()
+    };
+    let warned = |changes: &[&str]| -> Vec<String> {
+        let (fine, texts) = findings(DAM_BREAK, &[&TWO_DROPS[..], changes].concat());
+        assert!(fine, "{texts:#?}");
+        texts.into_iter().filter(|text| text.contains("lies where")).collect()
+    };
+    // The lens of two spheres of radii R, r at distance d (Weisstein, Sphere-Sphere Intersection).
+    let (big, small, d) = (4.0_f64, 3.0_f64, 4.0_f64);
+    let lens = std::f64::consts::PI
+        * (big + small - d).powi(2)
+        * (d * d + 2.0 * d * small - 3.0 * small * small + 2.0 * d * big + 6.0 * small * big - 3.0 * big * big)
+        / (12.0 * d);
+    let ball = |radius: f64| 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+    let [a, b] = volumes(&[])[..] else { panic!() };
+    assert!(
+        (a - (ball(big) - lens)).abs() < 0.002 * ball(big) && (b - ball(small)).abs() < 1e-9,
+        "{a} {b}, lens {lens}"
+    );
+    let texts = warned(&[]);
+    assert!(
+        texts.len() == 1 && texts[0].contains("`b` lies where `a` is") && texts[0].contains("of its 268.08"),
+        "{texts:#?}"
+    );
+    // Negative controls: apart, side by side, and a bubble, which is meant to lie in the liquid and takes its place there.
+    let apart = "liquid.1.position=[\"15 mm\", \"10 mm\", \"10 mm\"]";
+    assert!(warned(&[apart]).is_empty() && (volumes(&[apart])[0] - ball(big)).abs() < 1e-9);
+    let bubble = "liquid.1.fluid=gas";
+    assert!(warned(&[bubble]).is_empty() && (volumes(&[bubble])[0] - a).abs() < 1e-12);
+    let halves = [
+        "liquid.0.region={ box = { lower = [\"0 mm\", \"0 mm\", \"0 mm\"], upper = [\"5 mm\", \"5 mm\", \"5 mm\"] } }",
+        "liquid.1.region={ box = { lower = [\"5 mm\", \"0 mm\", \"0 mm\"], upper = [\"9 mm\", \"5 mm\", \"5 mm\"] } }",
+        "liquid.0.position=[\"0 mm\", \"0 mm\", \"0 mm\"]",
+        "liquid.1.position=[\"0 mm\", \"0 mm\", \"0 mm\"]",
+    ];
+    assert!(warned(&halves).is_empty());
+}
+
+#[test]
+fn densities_of_another_unit_and_peaks_of_records_are_said() {
+    let written = |name: &str, peak: f64| {
+        let file = std::env::temp_dir().join(format!("sazanami-{name}-{}.csv", std::process::id()));
+        let row = |n: usize| {
+            let t = 0.005 * n as f64;
+            let x = 0.01 * (4.0 * std::f64::consts::PI * t).sin() + if n == 300 { peak } else { 0.0 };
+            format!("{t},{x}\n")
+        };
+        let rows: String = (0..=1400).map(row).collect();
+        std::fs::write(&file, format!("t_s,x_m\n{rows}")).unwrap();
+        (format!("frame.motion={{file=\"{}\"}}", file.display()), file)
+    };
+    let ((smooth, first), (peaked, second)) = (written("smooth", 0.0), written("peaked", 1e-3));
+    all_reported(
+        true,
+        &[
+            (RIPPLES, "material.sand.density=2.65 kg/m^3", "a density of 2.65 kg/m^3 is lighter than foam"),
+            (RAINDROP, "material.sand.density=2650000 kg/m^3", "heavier than osmium"),
+            (
+                RAINDROP,
+                "fluid.liquid={ density = \"1 kg/m^3\", kinematic_viscosity = \"1e-6 m^2/s\" }",
+                "lighter than foam",
+            ),
+            (RIPPLES, &peaked, "at 1.5 s, 1.58 m/s^2 in its strongest harmonic"),
+        ],
+    );
+    let steps =
+        |change: &str| report(RIPPLES, &[change]).1.limits.iter().find(|l| l.name == "body_force").unwrap().dt_s;
+    assert!(
+        steps(&peaked) < 0.5 * steps(&smooth),
+        "the peak is in the forecast: {} {}",
+        steps(&peaked),
+        steps(&smooth)
+    );
+    for (case, change) in [(RIPPLES, &smooth[..]), (RIPPLES, "material.sand.density=19300 kg/m^3")] {
+        let texts = findings(case, &[change]).1;
+        assert!(!texts.iter().any(|text| text.contains("a density of") || text.contains("has a peak")), "{texts:#?}");
+    }
+    std::fs::remove_file(first).unwrap();
+    std::fs::remove_file(second).unwrap();
 }

@@ -137,7 +137,7 @@ fn a_grain_that_passes_through_the_floor() {
 #[test]
 fn a_grain_that_escapes() {
     let open = [
-        "boundary.x1_upper=outflow",
+        "dem.grain_walls=[\"x1_lower\", \"x2_lower\", \"x2_upper\", \"x3_lower\"]",
         "grains.1.placement.list=[{ position = [\"2.6 mm\", \"3 mm\", \"2.6 mm\"], velocity = [\"5 m/s\", \"0 m/s\", \"0 m/s\"] }]",
     ];
     let words = ["grain 0 of `thrown` escaped from the box: its centre of mass is at (4.5"];

@@ -165,10 +165,37 @@ fn the_first_step_of_random_cases_is_that_of_check() {
         // Negative control: a sphere that forces across the normal would not turn, of leverage 1 and not 3.5.
         let mass = report.populations[0].mass_kg.expect("a sphere has a mass");
         let [normal, tangential] = loaded.case.contacts[0].law.stiffness(0.0);
-        let contact = ContactStart::default().substep_factor() * PI * (mass / (2.0 * normal.max(tangential))).sqrt();
+        let contact =
+            ContactStart::default().substep_factors()[1] * PI * (mass / (2.0 * normal.max(tangential))).sqrt();
         told_apart += usize::from((step.dt / contact).ceil() as usize != step.substeps);
     }
     assert!(told_apart >= 3, "{told_apart}");
+}
+
+/// Sub-steps are as long as the error that the case bears lets them be, and `check` says what error it gets.
+#[test]
+fn sub_steps_follow_the_allowed_error() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/raindrop/quick.toml");
+    let with = |overrides: &[&str]| {
+        let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
+        let loaded = case::load(&path, &overrides).unwrap_or_else(|error| panic!("{error}"));
+        let report = predicted(&loaded);
+        let errors = report.impact_errors.expect("grains move");
+        (check::explain(&loaded.case, &report), report.dt_s / report.substeps as Real, errors)
+    };
+    let [usual, fine, rough] =
+        [&[][..], &["dem.allowed_error=0.001"], &["dem.allowed_error=0.05"]].map(|overrides| with(overrides));
+    let mean = |errors: &check::ImpactReport| errors.restitution.mean.max(errors.spin.mean);
+    assert!(mean(&usual.2) < 0.025 && mean(&fine.2) < 0.001 && mean(&rough.2) < 0.05, "{usual:?} {fine:?} {rough:?}");
+    assert!(usual.0.contains("an impact of the lightest grains is off by"), "{}", usual.0);
+    assert!(fine.1 < 0.8 * usual.1 && (1.3..1.7).contains(&(rough.1 / usual.1)), "{usual:?} {fine:?} {rough:?}");
+    // Damping, tension and contacts from the sub-step cost accuracy, and the error is that of the case.
+    let [damped, pulls] =
+        ["contact.\"sand/sand\".normal_damping=13e-3 N s/m", "dem.tension=true"].map(|change| with(&[change]).2);
+    assert!(damped.restitution.mean > 5.0 * usual.2.restitution.mean, "{damped:?} {usual:?}");
+    assert!(pulls.spin.mean > usual.2.spin.mean, "{pulls:?} {usual:?}");
+    // Negative control: contacts from the sub-step keep their old one, and their error.
+    assert!(with(&["dem.contact_start=sub_step"]).2.spin.mean > 0.025);
 }
 
 /// A liquid that fills a periodic box and moves, with a velocity on top; no grains.
@@ -270,4 +297,52 @@ fn steps_of_a_run_in_which_bodies_speed_up_lie_within_the_range() {
         // Negative control: the step at the start alone predicts far fewer.
         assert!(steps as Real > 1.5 * report.steps, "{name}: {steps}, {}", report.steps);
     }
+}
+
+/// A drop over two beads, for 2 ms.
+const DROP: &str = r#"
+solver = "mics"
+[domain]
+size = ["20 mm", "20 mm", "20 mm"]
+cells = [16, 16, 16]
+[[liquid]]
+region.sphere = { diameter = "4 mm" }
+position = ["10 mm", "10 mm", "14 mm"]
+fall = { speed = "1 m/s" }
+[material.sand]
+density = "2650 kg/m^3"
+[contact.default]
+restitution = 0.5
+[[grains]]
+name = "sand"
+shape.sphere = { diameter = "3 mm" }
+placement.list = [{ position = ["8 mm", "10 mm", "1.5 mm"] }, { position = ["12 mm", "10 mm", "1.5 mm"] }]
+[output]
+fields = { at = [] }
+grains = { at = [] }
+figures = { at = [] }
+[run]
+until = "2 ms"
+"#;
+
+#[test]
+fn outputs_that_end_steps_are_in_the_forecast() {
+    let folder = Scratch::new("cadence");
+    let steps = |overrides: &[&str]| predicted(&load(DROP, overrides)).steps;
+    let plain = steps(&[]);
+    let fine = load(DROP, &["output.series.every=10 us"]);
+    let report = predicted(&fine);
+    assert_eq!((report.steps, report.most_steps), (200.0, 200.0), "one each 10 us; {plain} without");
+    assert!(agree(&report, &first_step(&fine, &folder)), "{:?}", described(&report));
+    let summary = start(&fine, &folder.join("fine"), On::threads(1)).unwrap();
+    assert_eq!(summary.steps as Real, report.steps);
+    assert!(report.predicted_total_s > 4.0 * predicted(&load(DROP, &[])).predicted_total_s);
+    // Listed times and checkpoints too; probes end no step. The negative control: a longer cadence than the step.
+    assert!(plain < 20.0, "{plain}");
+    assert_eq!(steps(&["checkpoint.every=20 us"]), 100.0);
+    assert_eq!(steps(&["output.fields.at=[\"1 us\", \"2 us\"]"]), plain + 2.0);
+    assert_eq!(steps(&["probe=[{ point = [\"1 mm\", \"1 mm\", \"1 mm\"], every = \"10 us\" }]"]), plain);
+    assert_eq!(steps(&["output.series.every=1 ms"]), plain + plain % 2.0);
+    // More ends of steps than are counted one by one.
+    assert_eq!(steps(&["output.series.every=10 us", "run.until=1 s"]), 100_000.0);
 }

@@ -40,11 +40,16 @@ choices! {
 /// Motion and contact of the grains.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Keys)]
 pub struct DemOptions {
-    /// Contact sub-steps in a step of the fluid: `auto`, as many as the contacts need (0.075 pi sqrt(m*/K) long, or as
-    /// `contact_start` says; m* is the least effective mass a contact can meet), or a number.
+    /// Contact sub-steps in a step of the fluid: `auto`, as many as the contacts need (as `allowed_error` or `contact_start` says, of
+    /// pi sqrt(m*/K); m* is the least effective mass a contact can meet), or a number.
     #[key(default, paper_literal = (Yagyu, Substeps::Fixed(325),
           "the paper's number of sub-steps in a fluid step"))]
     pub substeps: Substeps,
+    /// Mean error of an oblique impact of the lightest grains that the length of `auto` sub-steps may bring: of the coefficient of
+    /// restitution, and of the spin over the tangential speed. Sub-steps are as long as it lets them be, up to
+    /// 0.225 pi sqrt(m*/K); `check` says the errors.
+    #[key(range = Between(1e-6, 0.5), says = "sub-steps as `contact_start` says")]
+    pub allowed_error: Option<Real>,
     /// Dashpot of contacts that do not say themselves.
     #[key(word, omit_if = true, says = "see `contact`")]
     pub damping: Option<DampingKind>,

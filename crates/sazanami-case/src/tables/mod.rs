@@ -42,7 +42,7 @@ pub use gate::*;
 pub use grain_shape::*;
 pub use grains::*;
 pub use liquid::*;
-pub use motion::{Axis, Motion as TankMotion, WallMotion};
+pub use motion::{Axis, Motion as TankMotion, Peak, WallMotion};
 pub use observed::*;
 pub use output::*;
 pub use overlap::*;

@@ -142,6 +142,15 @@ impl MotionKeys {
     }
 }
 
+/// The largest value of a motion within the run, and its time.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Peak {
+    /// Largest magnitude, in SI units.
+    pub value: Real,
+    /// Its time \[s].
+    pub time: Real,
+}
+
 /// Most times at which a motion from a file is looked at for its harmonics.
 const MOST_SAMPLES: usize = 8192;
 
@@ -169,6 +178,8 @@ pub enum Motion {
         curve: Spline,
         /// Amplitude \[m] and frequency \[Hz] of its strongest harmonic within the run, if it moves.
         harmonic: Option<(Vector, Real)>,
+        /// Largest speed [m/s] and acceleration [m/s^2] within the run.
+        peaks: [Peak; 2],
     },
 }
 
@@ -206,7 +217,8 @@ impl Motion {
     #[must_use]
     pub fn recorded(file: PathBuf, axis: Axis, curve: Spline, until: Real) -> Self {
         let harmonic = strongest(&curve, until).map(|(amplitude, frequency)| (axis.direction() * amplitude, frequency));
-        Self::File { file, axis, curve, harmonic }
+        let peaks = [1, 2].map(|derivative| peak(&curve, until, derivative));
+        Self::File { file, axis, curve, harmonic, peaks }
     }
 
     /// Amplitude \[m] and frequency \[Hz] of its strongest harmonic within the run; `None` without motion.
@@ -220,6 +232,15 @@ impl Motion {
         }
     }
 
+    /// Largest speed [m/s] and acceleration [m/s^2] of a record within the run; a formula has those of its harmonic.
+    #[must_use]
+    pub fn peaks(&self) -> Option<[Peak; 2]> {
+        match self {
+            Self::Formula { .. } => None,
+            Self::File { peaks, .. } => Some(*peaks),
+        }
+    }
+
     /// Period of the motion \[s], if it has one: that of a record is that of its strongest harmonic.
     #[must_use]
     pub fn period(&self) -> Option<Real> {
@@ -228,6 +249,20 @@ impl Motion {
             Self::File { .. } => self.harmonic().map(|(_, frequency)| frequency.recip()),
         }
     }
+}
+
+/// Largest magnitude of a derivative of a curve until `until` \[s]. The second has it at a point, and the first there or where
+/// the second, which is straight between points, is zero.
+fn peak(curve: &Spline, until: Real, derivative: usize) -> Peak {
+    let [start, end] = curve.range();
+    let (start, end) = (start.max(0.0), end.min(until));
+    let points = || std::iter::once(start).chain(curve.abscissae_within([start, end]).iter().copied()).chain([end]);
+    let between = points().zip(points().skip(1)).map(|(a, b)| {
+        let [first, second] = [a, b].map(|x| curve.at(x)[2]);
+        if first * second < 0.0 { a + (b - a) * first / (first - second) } else { a }
+    });
+    let values = points().chain(between).map(|time| Peak { value: curve.at(time)[derivative].abs(), time });
+    values.fold(Peak::default(), |most, peak| if peak.value > most.value { peak } else { most })
 }
 
 /// Amplitude \[m] and frequency \[Hz] of the strongest harmonic of a curve until `until` \[s]; `None` without motion.
@@ -239,7 +274,7 @@ fn strongest(curve: &Spline, until: Real) -> Option<(Real, Real)> {
         return None;
     }
     // Twice as many samples as there are points in that time, so that none of its harmonics is taken for another.
-    let samples = (2 * curve.points_within([start, start + span])).clamp(256, MOST_SAMPLES);
+    let samples = (2 * curve.abscissae_within([start, start + span]).len()).clamp(256, MOST_SAMPLES);
     let place = |n: usize| (n as Real + 0.5) / samples as Real;
     let window = |n: usize| 1.0 - (TAU * place(n)).cos();
     let speeds: Vec<Real> = (0..samples).map(|n| window(n) * curve.at(start + span * place(n))[1]).collect();
@@ -300,6 +335,25 @@ mod tests {
     #[test]
     fn a_maximum_is_found_between_ends() {
         assert!((highest(|x| -(x - 3.3) * (x - 3.3), [3.0, 4.0]) - 3.3).abs() < 1e-4);
+    }
+
+    #[test]
+    fn the_peaks_of_a_record_are_those_of_its_curve() {
+        let t: Vec<Real> = (0..=400).map(|n| 0.005 * n as Real).collect();
+        let x: Vec<Real> = t.iter().map(|t| 0.01 * (TAU * 2.0 * t).sin()).collect();
+        let recorded = |x: &[Real], until| {
+            Motion::recorded(PathBuf::new(), Axis::X1, Spline::through(&t, x).unwrap(), until).peaks().unwrap()
+        };
+        let w = TAU * 2.0;
+        let [speed, acceleration] = recorded(&x, 2.0);
+        assert!((speed.value / (0.01 * w) - 1.0).abs() < 1e-3, "{speed:?}");
+        assert!((acceleration.value / (0.01 * w * w) - 1.0).abs() < 1e-2, "{acceleration:?}");
+        // One reading 1 mm off: a peak of about 6 d/h^2, which a run that ends before it does not see.
+        let mut off = x.clone();
+        off[300] += 1e-3;
+        let [_, peak] = recorded(&off, 2.0);
+        assert!(peak.value > 100.0 && (peak.time - 1.5).abs() < 1e-9, "{peak:?}");
+        assert!(recorded(&off, 1.0)[1].value < 1.1 * 0.01 * w * w);
     }
 
     #[test]

@@ -2,39 +2,23 @@
 
 use sazanami_case_derive::Keys;
 use sazanami_mps::pressure::Tolerance;
-use sazanami_mps::scheme::{CONJUGATE_RADIUS, ENHANCED_RADIUS, Projection, STABILISATION_DISTANCE, Scheme};
+use sazanami_mps::scheme::{CONJUGATE_RADIUS, ENHANCED_RADIUS, Projection};
 use sazanami_mps::stability::StepLimits;
-use sazanami_numerics::{Real, choices};
-
-use crate::read::{Context, Table};
+use sazanami_numerics::Real;
 
 /// Range of the radius of influence over the particle spacing in which the lattice sums are what they should be.
 const RADII: [Real; 2] = [2.1, 3.6];
-/// Largest part of (r_e/2)^2 by which particles are shifted: with twice as much vortices gain energy.
-const SHIFTING: Real = 0.5;
-
-choices! {
-    /// Dynamic stabilisation.
-    pub enum StabilisationWeight {
-        /// Pairs count with their weight.
-        Weighted = "weighted",
-        /// None.
-        Off = "off",
-    }
-}
 
 /// Water as moving particles, for `solver = "mps"`. Sides may be `no_slip`, `slip` (all walls alike), `periodic` and open
 /// (`outflow`, or `fixed_pressure` of gas at 0 Pa). Edges of the box between walls are multiples of the spacing to 2 %,
 /// periodic ones are multiples of it.
 #[derive(Clone, Debug, PartialEq, Keys)]
-#[keys(check = Self::check)]
 pub struct Particles {
     /// Particle spacing l0. Edges of the box are multiples of it: to 2 % between walls, to rounding where the box is
     /// periodic.
     #[key(unit = "m", range = Positive, example = "1 mm")]
     pub spacing: Real,
-    /// Projection of the velocities to zero divergence. Stabilisation and `shifting` are parts of `enhanced`; see
-    /// docs/decisions/0018-scheme-of-moving-particles.md.
+    /// Projection of the velocities to zero divergence; see docs/decisions/0018-scheme-of-moving-particles.md.
     #[key(word, default = Projection::Conjugate,
           paper_literal = (Tazaki, Projection::Enhanced, "MPS-HS-HL-ECS-GC-DS is theirs"))]
     pub projection: Projection,
@@ -42,16 +26,6 @@ pub struct Particles {
     #[key(range = Between(RADII[0], RADII[1]), default = suited_radius(projection),
           says = "2.6; 3.1 with `enhanced`")]
     pub radius: Real,
-    /// Dynamic stabilisation (DS).
-    #[key(word, omit_if = self.is_conjugate(), default = StabilisationWeight::Weighted)]
-    pub stabilisation: StabilisationWeight,
-    /// Distance below which DS acts, over the particle size.
-    #[key(range = Between(0.5, 1.0), omit_if = self.is_conjugate(), default = STABILISATION_DISTANCE)]
-    pub stabilisation_distance: Real,
-    /// Part of (r_e/2)^2 by which particles that see no surface move down the gradient of their concentration in a time
-    /// of the flow; 0: they do not. For closed and deep flows, see docs/decisions/0008-shifting.md.
-    #[key(range = Between(0.0, SHIFTING), omit_if = self.is_conjugate(), default = Scheme::default().shifting)]
-    pub shifting: Real,
     /// Way of the fastest particle or grain in a step over its size.
     #[key(range = Between(1e-3, 0.5), default = StepLimits::default().courant)]
     pub courant: Real,
@@ -70,27 +44,9 @@ pub struct Particles {
     pub pressure_iterations: usize,
 }
 
-/// Keys of the enhanced scheme alone.
-const ENHANCED_ALONE: [&str; 3] = ["stabilisation", "stabilisation_distance", "shifting"];
-
 fn suited_radius(projection: Projection) -> Real {
     match projection {
         Projection::Enhanced => ENHANCED_RADIUS,
         Projection::Conjugate => CONJUGATE_RADIUS,
-    }
-}
-
-impl Particles {
-    fn is_conjugate(&self) -> bool {
-        self.projection == Projection::Conjugate
-    }
-
-    fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
-        for key in ENHANCED_ALONE.into_iter().filter(|key| self.is_conjugate() && table.has(key)) {
-            cx.report
-                .error(table.place(key), format!("`{key}` needs `projection = \"enhanced\"`"))
-                .label("the projection is `conjugate`, which does without it")
-                .help("leave it out, or write `projection = \"enhanced\"`");
-        }
     }
 }

@@ -2,26 +2,71 @@
 
 use sazanami_case_derive::Keys;
 use sazanami_numerics::Real;
+use serde_json::json;
+use toml::de::DeValue;
 
-use crate::read::{Context, Table};
+use crate::key::{KeyDoc, ValueDoc};
+use crate::read::{At, Context, Table};
+use crate::value::{Range1, Value};
+use crate::write::{Paths, Written};
+
+/// What ends a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RunEnd {
+    /// A simulated time \[s].
+    At(Real),
+    /// The rest of the crater.
+    Rest,
+}
+
+impl Default for RunEnd {
+    fn default() -> Self {
+        Self::At(0.0)
+    }
+}
 
 /// Length of the run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Keys)]
 #[keys(check = Self::check)]
 pub struct RunLength {
-    /// Simulated time at the end; it may be left out with `packing_only`.
-    #[key(unit = "s", range = NonNegative, default = Real::NAN, says = "required", example = "0.02 s")]
-    pub until: Real,
+    /// Simulated time at the end, or `"rest"`: the run ends when V and the volume below the rim of its crater have kept within 3 % for
+    /// 10 ms, in eight rows of the series at least, and no grain is in flight, and at `latest` if that does not come. The time may be left out
+    /// with `packing_only`.
+    #[key(name = "until", unit = "s", range = NonNegative, default = RunEnd::At(Real::NAN), says = "required", example = "0.02 s")]
+    pub end: RunEnd,
+    /// Simulated time at which a run until rest ends at the latest: required with `until = "rest"`, and only there.
+    #[key(unit = "s", range = Positive)]
+    pub latest: Option<Real>,
     /// Most steps of the fluid.
     #[key(least = 1, says = "any number")]
     pub steps: Option<usize>,
     /// Whether the run ends with the packed bed.
     #[key(default = false)]
     pub packing_only: bool,
+    /// Simulated time at the end, or at the latest \[s].
+    #[key(skip = Real::NAN)]
+    pub until: Real,
 }
 
 impl RunLength {
     fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
+        match (self.end, self.latest) {
+            (RunEnd::At(time), None) => self.until = time,
+            (RunEnd::At(time), Some(_)) => {
+                self.until = time;
+                cx.report
+                    .error(table.place("latest"), "`run.latest` with a time at which the run ends")
+                    .label("it belongs to `until = \"rest\"`")
+                    .help("leave it out, or give `until = \"rest\"`");
+            }
+            (RunEnd::Rest, Some(latest)) => self.until = latest,
+            (RunEnd::Rest, None) => {
+                cx.report
+                    .error(table.place("until"), "`until = \"rest\"` without the latest time")
+                    .label("a crater may never come to rest")
+                    .help("give the time at which the run ends anyway: `latest = \"0.19 s\"`");
+            }
+        }
         if table.has("until") {
             return;
         }
@@ -34,7 +79,41 @@ impl RunLength {
 
     /// Substitute for a table that is missing.
     pub(crate) fn unknown() -> Self {
-        Self { until: Real::NAN, steps: None, packing_only: false }
+        Self::until(Real::NAN)
+    }
+
+    /// A run that ends at a time \[s].
+    #[must_use]
+    pub fn until(time: Real) -> Self {
+        Self { end: RunEnd::At(time), until: time, ..Self::default() }
+    }
+}
+
+impl Value for RunEnd {
+    fn doc() -> ValueDoc {
+        ValueDoc::Leaf("time or `rest`", |_| json!({ "type": "string", "pattern": "^(rest|\\s*[-+]?[0-9.].*)$" }))
+    }
+
+    fn read(at: &At<'_>, key: &KeyDoc, range: Range1, cx: &mut Context<'_>) -> Option<Self> {
+        match at.value {
+            Some(DeValue::String(word)) if word == "rest" => Some(Self::Rest),
+            _ => Real::read(at, key, range, cx).map(Self::At),
+        }
+    }
+
+    fn write(&self, unit: &str, style: Paths) -> Written {
+        match self {
+            Self::At(time) => time.write(unit, style),
+            Self::Rest => Written::Leaf("\"rest\"".into()),
+        }
+    }
+
+    fn blank() -> Self {
+        Self::At(Real::blank())
+    }
+
+    fn example(key: &KeyDoc) -> String {
+        Real::example(key)
     }
 }
 

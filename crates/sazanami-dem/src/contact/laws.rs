@@ -150,6 +150,7 @@ pub struct Interactions {
     /// Dashpots of each law at a unit of reduced mass: with a coefficient of restitution they take an iteration to find.
     dashpots: Vec<[Real; 2]>,
     film: Option<Film>,
+    allowed_error: Option<Real>,
 }
 
 impl Interactions {
@@ -157,13 +158,32 @@ impl Interactions {
     #[must_use]
     pub fn uniform(materials: usize, law: impl Into<ContactLaw>) -> Self {
         let (law, count) = (law.into(), materials * materials);
-        Self { materials, laws: vec![law; count], dashpots: vec![law.damping(1.0); count], film: None }
+        Self {
+            materials,
+            laws: vec![law; count],
+            dashpots: vec![law.damping(1.0); count],
+            film: None,
+            allowed_error: None,
+        }
     }
 
     /// The same laws with a liquid film between spheres that do not touch, or without.
     #[must_use]
     pub fn with_film(self, film: Option<Film>) -> Self {
         Self { film, ..self }
+    }
+
+    /// The same laws with sub-steps as long as this mean error of restitution and spin lets them be, or as usual
+    /// (see [`crate::stability`]).
+    #[must_use]
+    pub fn with_allowed_error(self, allowed_error: Option<Real>) -> Self {
+        Self { allowed_error, ..self }
+    }
+
+    /// Mean error of restitution and spin that sub-steps may bring.
+    #[must_use]
+    pub fn allowed_error(&self) -> Option<Real> {
+        self.allowed_error
     }
 
     /// The liquid film between spheres.

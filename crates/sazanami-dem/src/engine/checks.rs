@@ -60,7 +60,8 @@ impl Engine {
     pub(super) fn finish(&mut self, domain: &Domain) -> Result<(), DemError> {
         self.place();
         let grains = &self.grains;
-        let outcome = match first_where(grains.owned, |g| self.outside(g)) {
+        let escaped = |g: usize| self.beyond(g).is_some_and(|[d, side]| !self.leave_through[d][side]);
+        let outcome = match first_where(grains.owned, escaped) {
             Some(g) => Err(DemError::GrainEscaped { id: grains.id[g], position: grains.position[g] }),
             None => Ok(()),
         };
@@ -79,11 +80,5 @@ impl Engine {
         let within = returned && first_where(*owned, |g| !stays(g)).is_none();
         let state = if within { FINE } else { EXPIRED };
         if Self::worst(domain, state) == EXPIRED { self.renew(domain, true) } else { Ok(()) }
-    }
-
-    /// Whether own grain `g` is outside the region in a direction that is not periodic.
-    fn outside(&self, g: usize) -> bool {
-        let p = self.grains.unwrapped[g];
-        (0..3).any(|d| self.period[d] == 0.0 && (p[d] < self.region[0][d] || p[d] > self.region[1][d]))
     }
 }

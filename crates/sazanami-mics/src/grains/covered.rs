@@ -42,6 +42,14 @@ pub(super) fn sum(
     });
 }
 
+/// Volume of this rank's cells that each grain and ghost covers, as [`sum`] counts it \[m^3].
+pub(super) fn volumes(domain: &Domain, imprint: &Imprint, count: usize) -> Vec<[Real; 1]> {
+    let (cell, alpha) = (domain.grid().cell_volume(), imprint.solid_fraction.data());
+    let of =
+        |n: usize| imprint.shares(n).iter().map(|share| part(share.fraction, alpha[share.at as usize])).sum::<Real>();
+    (0..count).map(|n| [cell * of(n)]).collect()
+}
+
 /// Part of a cell that belongs to a grain covering the `fraction` of it: all of it where the cell moves with its grains.
 #[inline]
 pub(super) fn part(fraction: Real, alpha: Real) -> Real {

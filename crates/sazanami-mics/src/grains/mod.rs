@@ -106,6 +106,7 @@ pub struct GrainPhase {
     impulses: Vec<[Vector; 2]>,
     /// Poses at which the grains of the engine, ghosts included, are imprinted.
     poses: Vec<Pose>,
+    /// Grains on all ranks, with those that have left.
     count: usize,
 }
 
@@ -114,7 +115,8 @@ impl GrainPhase {
     /// were last imprinted, if they come from a snapshot.
     #[must_use]
     pub fn new(domain: &Domain, engine: Engine, shapes: Arc<[Shape]>, coupling: Coupling) -> Self {
-        let count = domain.sum([engine.grains().owned() as Real])[0] as usize;
+        // With those that have left: the run goes on as one with grains.
+        let count = domain.sum([engine.grains().owned() as Real])[0] as usize + engine.departures().grains as usize;
         let coupling =
             Coupling { exchange: coupling.exchange.for_width(narrowest(domain, &engine, &shapes)), ..coupling };
         let surfaces = coupling.exchange == Exchange::Surface;
@@ -178,7 +180,7 @@ impl GrainPhase {
     /// Number of grains on all ranks.
     #[must_use]
     pub fn count(&self) -> usize {
-        self.count
+        self.count - self.engine.departures().grains as usize
     }
 
     /// Shapes of the grains, by shape index.
@@ -187,7 +189,7 @@ impl GrainPhase {
         &self.shapes
     }
 
-    /// Whether there are no grains at all.
+    /// Whether there are no grains at all, and were none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.count == 0
@@ -430,6 +432,26 @@ impl GrainPhase {
         Impulses { gravity_on_grains, displaced_mass_flux, held_grains, ..Impulses::default() }
     }
 
+    /// Whether a grain on any rank is beyond an open side.
+    pub(crate) fn have_left(&self, domain: &Domain) -> bool {
+        !self.is_empty() && self.engine.any_departed(domain)
+    }
+
+    /// Takes away the grains that are beyond an open side; the others keep what the last step knows of them.
+    pub(crate) fn take_departed(&mut self, domain: &Domain, flow: &Flow) -> Result<(), DemError> {
+        let before: Vec<u64> = self.engine.grains().id[..self.engine.grains().owned()].to_vec();
+        self.engine.take_departed(domain)?;
+        let Self { engine, force, torque, .. } = &mut *self;
+        let stays = &engine.grains().id[..engine.grains().owned()];
+        for values in [force, torque] {
+            let mut ids = before.iter();
+            values.retain(|_| ids.next().is_some_and(|id| stays.binary_search(id).is_ok()));
+        }
+        self.imprint(domain);
+        self.resume(domain, flow);
+        Ok(())
+    }
+
     /// Starts the exchange: displaced mass as at the start, no deferred impulse.
     pub(crate) fn begin_exchange(&mut self, domain: &Domain, flow: &Flow, gravity: Vector) {
         if self.is_empty() {
@@ -504,12 +526,13 @@ impl GrainPhase {
     }
 }
 
-/// Width of the narrowest grain on any rank, in widths of the widest cell; infinite without grains.
+/// Width of the narrowest grain on any rank, those that have left among them, in widths of the widest cell; infinite without grains.
 fn narrowest(domain: &Domain, engine: &Engine, shapes: &[Shape]) -> Real {
     let grains = engine.grains();
     let widths: Vec<Real> = shapes.iter().map(Shape::least_width).collect();
     let width = |n: usize| widths[grains.shape[n] as usize] * grains.scale[n];
-    let least = (0..grains.owned()).map(width).fold(Real::INFINITY, Real::min);
+    let left = engine.departures().least_scale.iter().zip(&widths).map(|(scale, width)| scale * width);
+    let least = (0..grains.owned()).map(width).chain(left).fold(Real::INFINITY, Real::min);
     domain.min(least) / domain.grid().spacing.max_element()
 }
 

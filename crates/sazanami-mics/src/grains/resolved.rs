@@ -35,7 +35,9 @@ pub(super) struct SurfaceState {
     pub rotation: [Real; 3],
     /// See [`super::CouplingState`].
     imprinted: [Real; 7],
-    unused: [Real; 8],
+    /// Covered volume before the grain moved, near a side through which grains leave \[m^3]; else zero.
+    inside: Real,
+    unused: [Real; 7],
 }
 
 const _: () = assert!(size_of::<SurfaceState>() == size_of::<[Real; ATTACHED]>());
@@ -117,6 +119,7 @@ impl GrainPhase {
         self.gather_loads(domain);
         self.force.clear();
         self.torque.clear();
+        let inside = self.volumes_at_sides(domain);
         let (mut weight, mut held) = (Vector::ZERO, Vector::ZERO);
         for n in 0..self.engine.grains().owned() {
             let grains = self.engine.grains();
@@ -139,6 +142,7 @@ impl GrainPhase {
                 angular_momentum: angular_momentum.to_array(),
                 motion,
                 rotation,
+                inside: inside.as_ref().map_or(0.0, |volumes| volumes[n][0]),
                 ..self.surface_state(n)
             };
             self.force.push(impulse / dt);
@@ -150,15 +154,54 @@ impl GrainPhase {
     }
 
     /// Gives the grains the momentum of the fluid that they cover or uncover by their motion, and keeps their
-    /// accelerations.
+    /// accelerations. What they carry through an open side they do not uncover: it is booked as gone through that.
     pub(super) fn exchange_surfaces(&mut self, domain: &Domain, flow: &Flow, dt: Real) -> Impulses {
         self.sum_covered(domain, flow);
-        self.receive(domain, dt, |phase, n| {
+        let inside = self.volumes_at_sides(domain);
+        let stays = |state: &SurfaceState, n: usize| match &inside {
+            Some(now) if state.inside > 0.0 => now[n][0] / state.inside,
+            _ => 1.0,
+        };
+        let mut impulses = self.receive(domain, dt, |phase, n| {
             let ([now, turning], state) = (vectors(&phase.partial[n]), phase.surface_state(n));
-            let then = Vector::from_array(state.momentum);
-            let turned = turning - Vector::from_array(state.angular_momentum);
+            let part = stays(&state, n);
+            let then = part * Vector::from_array(state.momentum);
+            let turned = turning - part * Vector::from_array(state.angular_momentum);
             [now - then, turned + phase.engine.grains().unwrapped_position(n).cross(then)]
-        })
+        });
+        if inside.is_some() {
+            let gone = |n: usize| {
+                let state = self.surface_state(n);
+                (1.0 - stays(&state, n)) * Vector::from_array(state.momentum)
+            };
+            let all = (0..self.engine.grains().owned()).map(gone).sum();
+            [impulses.open_sides, ..] = sum_over_ranks(domain, [all, Vector::ZERO, Vector::ZERO]);
+        }
+        impulses
+    }
+
+    /// Covered volume of each owned grain that may pass an open side in a step \[m^3], zero of the others; `None` where none on any
+    /// rank does.
+    fn volumes_at_sides(&self, domain: &Domain) -> Option<Vec<[Real; 1]>> {
+        let (grains, sides) = (self.engine.grains(), self.engine.leave_through());
+        if sides == [[false; 2]; 3] {
+            return None;
+        }
+        let (lower, upper) = (domain.grid().lower, domain.grid().lower + domain.grid().extent());
+        let cell = domain.grid().spacing.max_element();
+        let near = |n: usize| {
+            let reach = self.shapes[grains.shape[n] as usize].bounding_radius() * grains.scale[n] + cell;
+            let (below, above) = (grains.position[n] - lower, upper - grains.position[n]);
+            (0..3).any(|d| sides[d][0] && below[d] < reach || sides[d][1] && above[d] < reach)
+        };
+        if domain.max(if (0..grains.owned()).any(near) { 1.0 } else { 0.0 }) == 0.0 {
+            return None;
+        }
+        let mut volumes = covered::volumes(domain, &self.imprint, grains.len());
+        self.engine.gather_to_owners(domain, &mut volumes);
+        volumes.truncate(grains.owned());
+        volumes.iter_mut().enumerate().filter(|(n, _)| !near(*n)).for_each(|(_, volume)| *volume = [0.0]);
+        Some(volumes)
     }
 
     /// Gives each free grain its `impulse(n)` and angular impulse [N s, N m s] and keeps its accelerations in the step of `dt` \[s].

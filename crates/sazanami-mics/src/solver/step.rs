@@ -10,6 +10,7 @@ use crate::flow::Flow;
 use crate::grains::GrainPhase;
 use crate::grains::room::Room;
 use crate::mobility::Closing;
+use crate::momentum::StoredMomentum;
 use crate::pass::Pass;
 use crate::pressure::Projection;
 use crate::stability::Step;
@@ -49,6 +50,7 @@ impl Solver {
         }
         report.impulses += grains.exchange(domain, flow, room.as_mut(), gravity, dt);
         report.book_sides();
+        report.impulses.open_sides += self.let_leave()?;
         self.previous_step = Some(step.dt);
         report.mean_flow = self.answer(dt);
         self.check(&report)?;
@@ -65,6 +67,22 @@ impl Solver {
         if let Some(room) = room.as_mut() {
             room.hold(domain, flow);
         }
+    }
+}
+
+impl Solver {
+    /// Takes away the grains that have left through open sides; returns by how much the stored momentum changed [N s].
+    fn let_leave(&mut self) -> Result<Vector, StepError> {
+        if !self.grains.have_left(&self.domain) {
+            return Ok(Vector::ZERO);
+        }
+        let total = |stored: StoredMomentum| -> Vector {
+            StoredMomentum::TERMS.iter().zip(stored.terms()).map(|(&(_, sign), term)| sign * term).sum()
+        };
+        let before = total(self.momentum());
+        let Self { domain, grains, flow, .. } = self;
+        grains.take_departed(domain, flow)?;
+        Ok(total(self.momentum()) - before)
     }
 }
 

@@ -13,7 +13,7 @@ use crate::pressure::PressureEquation;
 use crate::source::{self, SourceTerms};
 use crate::stabilisation::Pairs;
 use crate::walls::Walls;
-use crate::{free_surface, gradient, momentum, motion, shifting, viscosity};
+use crate::{free_surface, gradient, momentum, motion, viscosity};
 
 /// State that a step changes.
 pub(super) struct Phases<'a> {
@@ -135,17 +135,16 @@ impl Phases<'_> {
         report.impulses.contact -= momentum::momentum(step, particles, &new.velocity);
     }
 
-    /// Dynamic stabilisation, collisions, shifting.
+    /// Dynamic stabilisation and collisions.
     pub fn stabilise(&mut self, step: &Context<'_>, report: &mut StepReport) {
         let Self { particles, near, equation, columns, .. } = self;
-        let Columns { voids, predicted, new, stabiliser, displacements, .. } = &mut **columns;
+        let Columns { voids, predicted, new, stabiliser, .. } = &mut **columns;
         let Particles { kind, owned, .. } = &**particles;
         let inverse_void = &voids.inverse;
         let pairs =
             Pairs { kind, owned: *owned, position: &predicted.position, inverse_void, blocks: &equation.blocks };
         report.set_stabilisation(stabiliser.stabilise(step, &pairs, &mut near.ghosts, new));
         report.collisions = stabiliser.collide(step, &pairs, new);
-        report.largest_shift = shifting::shift(step, particles, inverse_void, near, new, displacements);
     }
 
     /// Force of the new pressure on the grains, and their added mass.

@@ -3,7 +3,6 @@
 use crate::support::{Case, GRAVITY, NOTHING, OPEN_TOP, PERIODIC, SPACING, WALLS, jittered, under};
 use sazanami_mps::Kind;
 use sazanami_mps::boundary::WallFriction;
-use sazanami_mps::scheme::{GradientForm, Scheme};
 use sazanami_mps::solver::{FluidParticle, Solver, StepError};
 use sazanami_numerics::{Real, Vector};
 
@@ -36,26 +35,6 @@ fn a_lattice_of_water_stays_at_rest() {
 }
 
 #[test]
-fn total_pressure_does_not_balance_gravity() {
-    // Negative control: with gravity in the source the gradient of the pressure is some tenth too small.
-    let mut case = water();
-    case.scheme = Scheme { reduced_pressure: false, ..case.scheme };
-    let mut solver = case.solo();
-    solver.step(1e-4, &under(GRAVITY), |_| ()).unwrap();
-    let particles = solver.particles();
-    let inside = (0..particles.owned()).filter(|&a| {
-        let z = particles.position[a].z / SPACING;
-        particles.kind[a] == Kind::Fluid && (5.0..15.0).contains(&z)
-    });
-    let (mut sum, mut count) = (0.0, 0.0);
-    for a in inside {
-        sum -= particles.gradient[a].z / 9810.0;
-        count += 1.0;
-    }
-    assert!((0.8..0.95).contains(&(sum / count)), "{}", sum / count);
-}
-
-#[test]
 fn disordered_water_comes_to_rest() {
     let mut case = Case::filled([12, 7, 15], [12, 7, 12], [WALLS, PERIODIC, OPEN_TOP]);
     case.fluid = jittered(case.fluid, 0.1);
@@ -68,13 +47,8 @@ fn disordered_water_comes_to_rest() {
     let early = kinetic(&solver);
     run(&mut solver, GRAVITY, 0.25);
     assert!(kinetic(&solver) < early, "{} {early}", kinetic(&solver));
-    // Negative control: with repulsion at very short distances only, energy grows.
-    case.scheme.stabilisation = Some(0.6);
-    let mut solver = case.solo();
-    run(&mut solver, GRAVITY, 0.05);
-    let early = kinetic(&solver);
-    run(&mut solver, GRAVITY, 0.25);
-    assert!(kinetic(&solver) > early);
+    // Negative control: let go, the arrangement does move.
+    assert!(early > 1e-4 * case.fluid.len() as Real * (9.81 * SPACING), "{early}");
 }
 
 #[test]
@@ -111,12 +85,9 @@ fn a_block_in_the_air_falls_freely() {
     // The support beyond edges and corners is completed in one direction only.
     assert!(error(&case, 4e-4) < 0.02, "{}", error(&case, 4e-4));
     assert!(error(&case, 0.02) < 0.005, "{}", error(&case, 0.02));
-    // The total pressure is zero everywhere.
-    case.scheme.reduced_pressure = false;
-    assert!(error(&case, 4e-4) < 1e-9);
-    // Negative control: the uncorrected gradient.
-    case.scheme = Scheme { gradient: GradientForm::Classical, ..Scheme::default() };
-    assert!(error(&case, 4e-4) > 0.1, "{}", error(&case, 4e-4));
+    // Negative control: on a floor it does not fall.
+    case.sides[2] = OPEN_TOP;
+    assert!(error(&case, 0.02) > 0.5, "{}", error(&case, 0.02));
 }
 
 #[test]

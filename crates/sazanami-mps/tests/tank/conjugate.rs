@@ -7,13 +7,13 @@ use crate::support::{Case, GRAVITY, NOTHING, OPEN_TOP, PERIODIC, SPACING, WALLS,
 use sazanami_dem::{Engine, Grain};
 use sazanami_mps::filling::layers;
 use sazanami_mps::grains::GrainPhase;
-use sazanami_mps::scheme::{Projection, Scheme};
+use sazanami_mps::scheme::Scheme;
 use sazanami_mps::solver::{FluidParticle, SetupError, Solver};
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::Solo;
 
 fn conjugate(radius: Real) -> Scheme {
-    Scheme { projection: Projection::Conjugate, radius, ..Scheme::default() }
+    Scheme::conjugate(radius)
 }
 
 fn worst(solver: &Solver, error: impl Fn(Vector, Vector) -> Real) -> Real {

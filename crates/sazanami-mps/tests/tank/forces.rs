@@ -14,7 +14,7 @@ const SPHERE: AddedMass = AddedMass { form: AddedMassForm::Constant, coefficient
 const ZUBER: AddedMass = AddedMass { form: AddedMassForm::Zuber, coefficient: 0.5 };
 
 fn schemes() -> [Scheme; 2] {
-    [Scheme::default(), Scheme::conjugate(2.6)]
+    [Scheme::published(), Scheme::default()]
 }
 
 fn velocity(solver: &Solver) -> Vector {

@@ -6,7 +6,7 @@ use sazanami_dem::Grain;
 use sazanami_mps::boundary::WallFriction;
 use sazanami_mps::gates::Gate;
 use sazanami_mps::grains::GrainPhase;
-use sazanami_mps::scheme::{Projection, Scheme};
+use sazanami_mps::scheme::Scheme;
 use sazanami_mps::solver::{FluidParticle, SetupError, Solver};
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::Solo;
@@ -19,7 +19,7 @@ fn gate(direction: usize, place: usize, opens: Real, speed: Option<Real>) -> Gat
 /// A column 10 wide and high in a tank of a length.
 fn column(length: usize, gates: Vec<Gate>) -> Case {
     let mut case = Case::filled([length, 8, 16], [10, 8, 10], [WALLS, PERIODIC, OPEN_TOP]);
-    case.scheme = Scheme { projection: Projection::Conjugate, radius: 2.6, ..Scheme::default() };
+    case.scheme = Scheme::default();
     case.gates = gates;
     case
 }
@@ -269,6 +269,6 @@ fn gates_that_do_not_fit_are_refused() {
     }
     let across = column(24, vec![gate(1, 4, 0.0, None)]);
     assert!(matches!(tried(&across), Some(SetupError::GatesTooNear { .. })));
-    let enhanced = Case { scheme: Scheme::default(), ..at(&[(0, 10)]) };
+    let enhanced = Case { scheme: Scheme::published(), ..at(&[(0, 10)]) };
     assert!(matches!(tried(&enhanced), Some(SetupError::Gates)));
 }

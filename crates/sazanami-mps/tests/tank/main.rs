@@ -1,4 +1,4 @@
-//! Small tanks: gates, rest, free fall, grains, shifting, threads, restarts, ranks.
+//! Small tanks: gates, rest, free fall, grains, threads, restarts, ranks.
 
 mod at_rest;
 mod budget;
@@ -8,5 +8,4 @@ mod equivalence;
 mod forces;
 mod gates;
 mod grains;
-mod shifting;
 mod support;

@@ -5,7 +5,6 @@ use std::f64::consts::PI;
 use sazanami_numerics::Real;
 
 use super::Profile;
-use crate::fit::vertex;
 
 /// Mean rim-to-rim diameter \[m] of two sections, eq. (9): `l = sqrt(L1 L2)`.
 #[must_use]
@@ -58,14 +57,8 @@ pub struct Crater {
     pub depth: Real,
     /// Erosion volume by eq. (14) [m^3]: below the plane of the rim, so it counts the rim's height.
     pub volume: Real,
-    /// Volume between the profile and the plane of the rim [m^3], without the assumption of a cap.
+    /// Volume below the plane of the rim [m^3], without the assumption of a cap.
     pub volume_direct: Real,
-    /// Rim radius from a parabola through the rim layer and its neighbours \[m].
-    pub refined_rim_radius: Real,
-    /// Rim height from that parabola \[m].
-    pub refined_rim_height: Real,
-    /// Erosion volume with the refined rim [m^3].
-    pub refined_volume: Real,
     /// The highest layer is the outermost one: the rim, if there is one, lies farther out.
     pub rim_at_edge: bool,
 }
@@ -86,10 +79,6 @@ impl Crater {
         let (rim_layer, rim_height) = rim?;
         let heights = profile.filled();
         let rim_radius = profile.radius(rim_layer);
-        let (refined_rim_radius, refined_rim_height) = heights
-            .get(rim_layer + 1)
-            .and_then(|&outer| vertex(heights[rim_layer - 1], rim_height, outer))
-            .map_or((rim_radius, rim_height), |(shift, height)| (rim_radius + shift * profile.layer, height));
         let volume_direct = (0..=rim_layer).map(|n| (rim_height - heights[n]) * profile.area(n)).sum();
         Some(Self {
             base,
@@ -99,9 +88,6 @@ impl Crater {
             depth: rim_height - base,
             volume: cap_volume(rim_height - base, rim_radius),
             volume_direct,
-            refined_rim_radius,
-            refined_rim_height,
-            refined_volume: cap_volume(refined_rim_height - base, refined_rim_radius),
             rim_at_edge: profile.heights[rim_layer + 1..].iter().all(Option::is_none),
         })
     }
@@ -138,8 +124,6 @@ mod tests {
         assert!((crater.depth - 2.35).abs() < 1e-12);
         assert!((crater.volume - 118.459).abs() < 5e-4, "{}", crater.volume);
         assert!((crater.volume_direct - 72.885).abs() < 5e-4, "{}", crater.volume_direct);
-        assert!((crater.refined_rim_radius - 5.5714).abs() < 5e-5);
-        assert!((crater.refined_rim_height - 8.5509).abs() < 5e-5);
         assert!(!crater.rim_at_edge);
         let (excavated, rim) = volumes_against(&example(), |_| 8.15);
         assert!((excavated - 47.846).abs() < 5e-4, "{excavated}");
@@ -177,7 +161,6 @@ mod tests {
         let slope = Profile { layer: 1.0, heights: [1.0, 2.0, 3.0].map(Some).to_vec() };
         let crater = Crater::of(&slope).unwrap();
         assert!(crater.rim_at_edge);
-        assert_eq!(crater.refined_rim_radius, crater.rim_radius);
         let empty_edge = Profile { layer: 1.0, heights: vec![Some(1.0), Some(3.0), Some(2.0), None] };
         assert!(!Crater::of(&empty_edge).unwrap().rim_at_edge);
         assert!(Crater::of(&Profile { layer: 1.0, heights: vec![None, Some(1.0)] }).is_none());

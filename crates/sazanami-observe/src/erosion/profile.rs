@@ -2,10 +2,18 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use sazanami_numerics::Real;
+use sazanami_numerics::{Real, Vector};
 
 use super::surface_grains::GrainTop;
 use crate::Horizontal;
+use crate::height_map::HeightMap;
+
+/// Layers of a smooth profile in a bandwidth.
+const LAYERS_IN_BANDWIDTH: Real = 32.0;
+/// Bandwidths after which the weight of the regression is nothing.
+const REACH: Real = 5.0;
+/// Rings with grains that a local parabola needs within a bandwidth.
+const LEAST_RINGS: usize = 3;
 
 /// Mean heights of circular layers about the axis.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,6 +85,71 @@ impl Profile {
         let heights = layers.iter().map(|&(sum, cells)| (cells > 0).then(|| sum / Real::from(cells))).collect();
         Self { layer, heights }
     }
+
+    /// The height of `rings` in thin layers out to `largest_radius` \[m]: at each radius the value of the parabola in the radius
+    /// that fits the rings best with Gaussian weights of width `bandwidth` \[m], the surface going on behind the axis as before it.
+    pub(super) fn smooth(rings: &Rings, bandwidth: Real, largest_radius: Real) -> Self {
+        let layer = smooth_layer(bandwidth);
+        let count = (largest_radius / layer * (1.0 + 1e-12)) as usize;
+        let heights = (0..count).map(|n| rings.height((n as Real + 0.5) * layer, bandwidth)).collect();
+        Self { layer, heights }
+    }
+}
+
+/// Thickness of the layers of a smooth profile of a bandwidth \[m].
+pub(super) fn smooth_layer(bandwidth: Real) -> Real {
+    bandwidth / LAYERS_IN_BANDWIDTH
+}
+
+/// Mean height of the bed seen from above, in rings one pixel wide about the axis.
+pub(super) struct Rings {
+    width: Real,
+    /// Sum of the heights \[m] and number of the pixels of each ring.
+    sums: Vec<(Real, u32)>,
+}
+
+impl Rings {
+    /// The rings of a map about `axis`, out to `reach` \[m].
+    pub fn of(map: &HeightMap, axis: Horizontal, reach: Real) -> Self {
+        let width = map.spacing();
+        let mut sums = vec![(0.0, 0); (reach / width) as usize + 1];
+        let [columns, rows] = map.pixels();
+        for (i, j) in (0..rows).flat_map(|j| (0..columns).map(move |i| (i, j))) {
+            let [x, y] = map.centre(i, j);
+            let ring = ((x - axis[0]).hypot(y - axis[1]) / width) as usize;
+            if let (Some(sum), Some(height)) = (sums.get_mut(ring), map.height(i, j)) {
+                *sum = (sum.0 + height, sum.1 + 1);
+            }
+        }
+        Self { width, sums }
+    }
+
+    /// Height at a radius \[m] by a local parabola; `None` where too few rings hold grains.
+    fn height(&self, radius: Real, bandwidth: Real) -> Option<Real> {
+        // Sums of the weights times powers of the distance, and of these with the height.
+        let (mut powers, mut heights, mut near) = ([0.0; 5], Vector::ZERO, 0);
+        let within = [-REACH, REACH].map(|n| ((radius + n * bandwidth) / self.width) as usize);
+        let within = within[0]..(within[1] + 1).min(self.sums.len());
+        for (n, &(sum, count)) in within.clone().zip(&self.sums[within]).filter(|(_, (_, count))| *count > 0) {
+            let ring = n as Real + 0.5;
+            for place in [ring, -ring] {
+                let t = (place * self.width - radius) / bandwidth;
+                if t.abs() > REACH {
+                    continue;
+                }
+                near += usize::from(t.abs() < 1.0);
+                // Along the radius, all places weigh the same where the whole ring is seen.
+                let weight = Real::from(count) / ring * (-0.5 * t * t).exp();
+                let mean = sum / Real::from(count);
+                let power = [1.0, t, t * t, t * t * t, t * t * t * t].map(|power| weight * power);
+                powers.iter_mut().zip(power).for_each(|(sum, power)| *sum += power);
+                heights += mean * Vector::new(power[0], power[1], power[2]);
+            }
+        }
+        let column = |n: usize| Vector::new(powers[n], powers[n + 1], powers[n + 2]);
+        let others = column(1).cross(column(2));
+        (near >= LEAST_RINGS).then(|| heights.dot(others) / column(0).dot(others))
+    }
 }
 
 #[cfg(test)]
@@ -106,6 +179,37 @@ mod tests {
         assert_eq!(profile.heights[1], None);
         let filled = profile.filled();
         assert!((filled[1] - 0.5 * (filled[0] + filled[2])).abs() < 1e-12);
+    }
+
+    /// A map over 12 mm x 12 mm about the origin.
+    fn rings(pixel: Real, height: impl Fn(Real) -> Real) -> Rings {
+        let sums = (0..(6.0 / pixel) as usize).map(|n| {
+            let r = (n as Real + 0.5) * pixel;
+            (height(r) * (n as Real + 1.0), n as u32 + 1)
+        });
+        Rings { width: pixel, sums: sums.collect() }
+    }
+
+    #[test]
+    fn a_smooth_profile_keeps_a_paraboloid_and_its_vertex() {
+        let paraboloid = |r: Real| 2.0 + 0.3 * r * r;
+        let profile = Profile::smooth(&rings(0.05, paraboloid), 0.5, 5.0);
+        assert_eq!(profile.heights.len(), 320);
+        for (n, height) in profile.heights.iter().enumerate() {
+            assert!((height.unwrap() - paraboloid(profile.radius(n))).abs() < 1e-9, "{n}");
+        }
+        // Negative control: what is no parabola is smoothed.
+        let edge = Profile::smooth(&rings(0.05, |r| if r < 2.5 { 0.0 } else { 1.0 }), 0.5, 5.0);
+        assert!((edge.heights[159].unwrap() - 0.5).abs() < 0.03 && edge.heights[130].unwrap() > 0.02);
+    }
+
+    #[test]
+    fn no_height_is_made_up_where_no_grain_is_seen() {
+        let mut hollow = rings(0.05, |_| 1.0);
+        hollow.sums[..60].fill((0.0, 0));
+        let profile = Profile::smooth(&hollow, 0.4, 5.0);
+        assert_eq!(profile.heights[0], None);
+        assert!((profile.filled()[0] - 1.0).abs() < 1e-9);
     }
 
     #[test]

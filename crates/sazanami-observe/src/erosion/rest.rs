@@ -66,6 +66,17 @@ impl VolumeCourse {
         }
     }
 
+    /// Whether the volumes of the last `span` \[s], eight at least, lie within a `part` of the last one.
+    #[must_use]
+    pub fn keeps(&self, part: Real, span: Real) -> bool {
+        let (&[begin, .., end], &[_, .., volume]) = (&self.times[..], &self.volumes[..]) else { return false };
+        // Round-off of times counts for nothing.
+        let since = end - span * (1.0 - 1e-9);
+        let first = self.times.partition_point(|&time| time < since);
+        let within = |v: &Real| (v - volume).abs() <= part * volume.abs();
+        begin <= since && self.times.len() - first >= LEAST_INSTANTS && self.volumes[first..].iter().all(within)
+    }
+
     /// When the crater came to rest whose last volume is uncertain by `uncertainty` [m^3].
     ///
     /// # Errors
@@ -150,6 +161,21 @@ mod tests {
         assert!(nothing.rest(0.01).is_ok());
         let filled = course(|time| if time < 0.05 { 1.0 } else { 0.0 });
         assert!(filled.rest(0.1).is_ok_and(|rest| rest.at_rest && rest.since >= 0.05));
+    }
+
+    #[test]
+    fn a_volume_is_kept_for_a_time() {
+        // Within 3 % of its end from exp(-t/10 ms) = 0.03 on, at 35 ms.
+        let until = |end: u32| {
+            let mut course = VolumeCourse::default();
+            (0..=end).for_each(|n| course.add(1e-3 * Real::from(n), 1.0 - (-0.1 * Real::from(n)).exp()));
+            course.keeps(0.03, 10e-3)
+        };
+        assert!(until(46) && !until(43), "10 ms after that");
+        // Controls: a slide within that time, rows too few, a course too short.
+        assert!(!course(|time| if time < 0.195 { 1.0 } else { 1.1 }).keeps(0.03, 10e-3));
+        assert!(course(|time| if time < 0.185 { 1.0 } else { 1.1 }).keeps(0.03, 10e-3));
+        assert!(!course(|_| 1.0).keeps(0.03, 7e-3) && !course(|_| 1.0).keeps(0.03, 0.3));
     }
 
     #[test]

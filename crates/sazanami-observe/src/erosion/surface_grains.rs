@@ -24,6 +24,8 @@ pub(super) struct GrainTop {
 pub(super) struct SurfaceGrains {
     pub tops: Vec<GrainTop>,
     pub airborne: usize,
+    /// The bed seen from above.
+    pub map: HeightMap,
 }
 
 impl SurfaceGrains {
@@ -40,7 +42,7 @@ impl SurfaceGrains {
             .filter(|&grain| counts[grain] && !airborne[grain])
             .map(|grain| GrainTop { x: bed.position[grain].x, y: bed.position[grain].y, height: bounds[grain].1.z })
             .collect();
-        Self { tops, airborne: airborne.iter().filter(|&&flies| flies).count() }
+        Self { tops, airborne: airborne.iter().filter(|&&flies| flies).count(), map }
     }
 }
 

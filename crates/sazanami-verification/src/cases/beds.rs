@@ -198,8 +198,11 @@ pub(crate) fn crater_evaluation() -> Result<Vec<Measured>, String> {
     let found = evaluate(&columns(diameter, half, 0.0, cap))?;
     let error = found.crater.volume / cap_volume(depth, rim_radius) - 1.0;
     rows.push(Measured::new("spherical cap: error of V", error));
-    let error = found.crater.refined_volume / cap_volume(depth, rim_radius) - 1.0;
-    rows.push(Measured::new("spherical cap: error of V, refined rim", error));
+    let error = found.crater.volume_direct / cap_volume(depth, rim_radius) - 1.0;
+    rows.push(Measured::new("spherical cap: error of the volume below the rim", error));
+    let by_layers = found.by_layers.ok_or("the cap has grains at its axis")?;
+    let error = by_layers.volume / cap_volume(depth, rim_radius) - 1.0;
+    rows.push(Measured::new("spherical cap: error of V by layers", error));
     let flat = evaluate(&columns(diameter, half, 0.5, |_| level))?;
     let noise = flat.crater.volume / flat.volume_of_one_grain_depth(&settings);
     rows.push(Measured::new("flat bed: V over that of one grain layer", noise));

@@ -147,24 +147,3 @@ pub fn falling_block(scheme: Scheme, jitter: Real, times: &[Real]) -> Result<Vec
     }
     Ok(errors)
 }
-
-/// Gradient of the pressure of water at rest over `rho g` in the first step with gravity in the source of the pressure
-/// equation, for a radius of influence of `radius` spacings: what the reduced pressure avoids.
-///
-/// # Errors
-/// [`ExperimentError`] if the step fails.
-pub fn plain_pressure_gradient(radius: Real) -> Result<Real, ExperimentError> {
-    let mut vessel = Vessel::new([8, 8, 16], 1e-3, [PERIODIC, PERIODIC, OPEN_TOP]).filled([8, 8, 12]);
-    vessel.scheme = Scheme { reduced_pressure: false, radius, ..Scheme::default() };
-    vessel.tolerance.strain = 1e-9;
-    let mut solver = vessel.solver()?;
-    solver.step(1e-4, &under(DOWN)(0.0, 1e-4), |_| ())?;
-    let spacing = vessel.spacing;
-    // Between the third and the ninth layer.
-    let layer = |p: &sazanami_mps::Particles, a: usize, n: usize| {
-        let here = ((p.position[a].z / spacing) as usize) == n;
-        if here { p.pressure[a] } else { 0.0 }
-    };
-    let [low, high] = solver.sum_over_fluid(|p, a| [layer(p, a, 2), layer(p, a, 8)]);
-    Ok((low - high) / 64.0 / (6.0 * spacing * DENSITY * GRAVITY))
-}

@@ -9,6 +9,7 @@ use super::vessel::DIAMETER;
 use super::vessel::{DOWN, ExperimentError, OPEN_TOP, PERIODIC, SLAB, Vessel, WALLS, fluid, kinetic_energy};
 use super::waves::Shaking;
 use sazanami_mps::boundary::WallFriction;
+use sazanami_mps::scheme::Scheme;
 use sazanami_mps::solver::{Forcing, Solver};
 
 /// Steps between two comparisons.
@@ -173,12 +174,12 @@ fn by_frame_and_by_chance(
 ///
 /// # Errors
 /// [`ExperimentError`] if a step fails.
-pub fn frames(layers: usize, end: Real) -> Result<[FrameDifference; 2], ExperimentError> {
+pub fn frames(scheme: Scheme, layers: usize, end: Real) -> Result<[FrameDifference; 2], ExperimentError> {
     let spacing = 0.01 / layers as Real;
     let along = (0.12 / spacing).round() as usize;
     let mut vessel =
         Vessel::new([along, SLAB, 2 * layers + 4], spacing, [WALLS, PERIODIC, OPEN_TOP]).filled([along, SLAB, layers]);
-    vessel.friction = WallFriction::Slip;
+    (vessel.friction, vessel.scheme) = (WallFriction::Slip, scheme);
     vessel.margin = 2.0 * SHAKING.amplitude;
     let dt = 0.05 * spacing / 0.3;
     by_frame_and_by_chance(|| vessel.solver(), [dt, end, spacing])
@@ -189,10 +190,10 @@ pub fn frames(layers: usize, end: Real) -> Result<[FrameDifference; 2], Experime
 ///
 /// # Errors
 /// [`ExperimentError`] if a step fails.
-pub fn frames_with_bed(length: usize, end: Real) -> Result<[FrameDifference; 2], ExperimentError> {
+pub fn frames_with_bed(scheme: Scheme, length: usize, end: Real) -> Result<[FrameDifference; 2], ExperimentError> {
     let dt = 2e-4;
     let size = [length, SLAB + 1];
     let margin = 2.0 * SHAKING.amplitude;
-    let bed = SettledBed { size, layers: 4.0, water: 6.0, margin, glued: 0.75, ..SettledBed::default() };
+    let bed = SettledBed { scheme, size, layers: 4.0, water: 6.0, margin, glued: 0.75, ..SettledBed::default() };
     by_frame_and_by_chance(|| bed.solver(), [dt, end, DIAMETER])
 }

@@ -4,22 +4,18 @@ use std::f64::consts::PI;
 
 use sazanami_numerics::{Real, Vector};
 
-use super::vessel::{DENSITY, Energy, ExperimentError, OPEN, PERIODIC, SLAB, Vessel};
-use super::vessel::{advance, fluid, kinetic_energy, under};
+use super::vessel::{Energy, ExperimentError, OPEN, PERIODIC, SLAB, Vessel};
+use super::vessel::{advance, kinetic_energy, under};
 use sazanami_mps::Role;
 use sazanami_mps::scheme::Scheme;
 
 /// Differences of decaying vortices from the solution of Taylor and Green (1937).
 #[derive(Clone, Copy, Debug)]
 pub struct Vortices {
-    /// When they were looked at, t U/L: 0.5, or when they burst.
-    pub time: Real,
     /// Rate of decay of the largest speed over the exact one.
     pub decay: Real,
     /// Root mean square error of the velocity over the root mean square of the exact one.
     pub velocity: Real,
-    /// Pairs of particles nearer than half a spacing, over all steps.
-    pub collisions: usize,
 }
 
 /// Largest speed over the first one from which on vortices have burst.
@@ -45,42 +41,30 @@ pub fn taylor_green(count: usize, courant: Real, scheme: Scheme) -> Result<Vorti
     vessel.set_velocity(|x| exact(x, 0.0));
     let mut solver = vessel.solver()?;
     let first = solver.largest_speed();
-    let (mut time, mut collisions) = (0.0, 0);
+    let mut time = 0.0;
     while time < end && solver.largest_speed() < BURST * first {
         let dt = solver.stable_step(Vector::ZERO).dt.min(end - time);
-        let report = solver.step(dt, &under(Vector::ZERO)(time, time + dt), |_| ())?;
+        solver.step(dt, &under(Vector::ZERO)(time, time + dt), |_| ())?;
         time += dt;
-        collisions += report.collisions;
     }
     let [error, scale] = solver.sum_over_fluid(|p, a| {
         let exact = exact(p.position[a], time);
         [(p.velocity[a] - exact).length_squared(), exact.length_squared()]
     });
-    Ok(Vortices {
-        time,
-        decay: (solver.largest_speed() / first).ln() / (rate * time),
-        velocity: (error / scale).sqrt(),
-        collisions,
-    })
+    Ok(Vortices { decay: (solver.largest_speed() / first).ln() / (rate * time), velocity: (error / scale).sqrt() })
 }
 
 /// Measures of a square patch of water turning in the air.
 #[derive(Clone, Copy, Debug)]
 pub struct TurningPatch {
-    /// Pressure in the middle after the first step over `rho w^2 L^2`.
-    pub pressure: Real,
     /// Angular momentum at the end over that at the start.
     pub angular_momentum: Real,
     /// The same without every tenth particle.
     pub angular_momentum_of_fewer: Real,
     /// Part of the particles that flew on their own at the end.
     pub splashes: Real,
-    /// Distance of the farthest particle from the axis at the end over the side.
-    pub reach: Real,
     /// Kinetic energy.
     pub energy: Energy,
-    /// Pairs of particles nearer than half a spacing, over all steps.
-    pub collisions: usize,
 }
 
 /// A square of `count` x `count` particles, 7 thick and periodic in y, that turns with unit rate until `t w = end`
@@ -108,22 +92,8 @@ pub fn turning_patch(count: usize, end: Real, scheme: Scheme) -> Result<TurningP
     };
     let [before] = solver.sum_over_fluid(|p, a| [momentum(p, a)]);
     let first = kinetic_energy(&solver);
-    let dt = solver.stable_step(Vector::ZERO).dt;
-    solver.step(dt, &under(Vector::ZERO)(0.0, dt), |_| ())?;
-    let [sum, weight] = solver.sum_over_fluid(|p, a| {
-        let near = (p.position[a] - centre) * Vector::new(1.0, 0.0, 1.0);
-        let inside = if near.abs().max_element() < 1.01 * spacing { 1.0 } else { 0.0 };
-        [inside * p.pressure[a], inside]
-    });
-    let pressure = sum / weight / DENSITY;
-    let (mut collisions, mut energy) = (0, Energy::new(first));
-    advance(&mut solver, [dt, end], under(Vector::ZERO), |_, solver, report| {
-        collisions += report.collisions;
-        energy.see(kinetic_energy(solver));
-    })?;
-    let particles = solver.particles();
-    let distance = |a: usize| ((particles.position[a] - centre) * Vector::new(1.0, 0.0, 1.0)).length();
-    let reach = fluid(&solver).map(distance).fold(0.0, Real::max);
+    let mut energy = Energy::new(first);
+    advance(&mut solver, [0.0, end], under(Vector::ZERO), |_, solver, _| energy.see(kinetic_energy(solver)))?;
     let [after, after_of_fewer, alone, all] = solver.sum_over_fluid(|p, a| {
         let alone = if p.role[a] == Role::Inactive { 1.0 } else { 0.0 };
         let momentum = momentum(p, a);
@@ -131,18 +101,7 @@ pub fn turning_patch(count: usize, end: Real, scheme: Scheme) -> Result<TurningP
     });
     let [angular_momentum, angular_momentum_of_fewer] = [after, after_of_fewer].map(|sum| sum / before);
     let splashes = alone / all;
-    Ok(TurningPatch { pressure, angular_momentum, angular_momentum_of_fewer, splashes, reach, energy, collisions })
-}
-
-/// Pressure in the middle of a turning square over `rho w^2 L^2` (Colagrossi 2005), from its double series.
-#[must_use]
-pub fn turning_patch_pressure() -> Real {
-    let odd = || (0..200).map(|n| Real::from(2 * n + 1));
-    let term = |m: Real, n: Real| {
-        let sign = |k: Real| (0.5 * PI * k).sin();
-        -32.0 / (m * n * PI * PI * (n * n + m * m) * PI * PI) * sign(m) * sign(n)
-    };
-    odd().map(|m| odd().map(|n| term(m, n)).sum::<Real>()).sum()
+    Ok(TurningPatch { angular_momentum, angular_momentum_of_fewer, splashes, energy })
 }
 
 /// Conservation in two drops that collide off their centres; nothing but themselves acts on them.

@@ -18,7 +18,7 @@ mod vessel;
 mod watered_bed;
 mod waves;
 
-pub use at_rest::{Rest, RestSetup, falling_block, plain_pressure_gradient, rest};
+pub use at_rest::{Rest, RestSetup, falling_block, rest};
 pub use bed_load::{BedLoad, bed_load};
 pub use bed_stress::{BedStress, bed_stress, started_flow};
 pub use beds::{
@@ -28,9 +28,7 @@ pub use beds::{
 pub use drop::{Ellipse, StretchedDrop, stretching_drop};
 pub use fluidised::{BedOnSieve, FluidisedBed};
 pub use frames::{FrameDifference, frames, frames_with_bed};
-pub use interior::{
-    CollidedDrops, TurningPatch, Vortices, colliding_drops, taylor_green, turning_patch, turning_patch_pressure,
-};
+pub use interior::{CollidedDrops, TurningPatch, Vortices, colliding_drops, taylor_green, turning_patch};
 pub use jets::{ReversedFall, ShearedJet, reversed_fall, sheared_jet};
 pub use operators::{Operators, bulk_weighted, laplacian_by_number_density, operators};
 pub use repose::{Repose, repose};

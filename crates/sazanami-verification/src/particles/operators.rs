@@ -124,19 +124,19 @@ impl Cloud {
 /// The operators for a radius of influence of 3.1 spacings on a lattice of spacing 1, disordered by `jitter`.
 #[must_use]
 pub fn operators(jitter: Real) -> Operators {
-    Cloud::new(Scheme::default(), 1.0, jitter, 1.0).operators()
+    Cloud::new(Scheme::published(), 1.0, jitter, 1.0).operators()
 }
 
 /// The operators on a lattice that is spread and weighted as in a bed of void fraction `eps`.
 #[must_use]
 pub fn bulk_weighted(eps: Real) -> Operators {
-    Cloud::new(Scheme::default(), eps.cbrt().recip(), 0.0, eps.recip()).operators()
+    Cloud::new(Scheme::published(), eps.cbrt().recip(), 0.0, eps.recip()).operators()
 }
 
 /// The Laplacian of a field whose Laplacian is 1, normalised by the number density: wrong by the factor that N2 is for.
 #[must_use]
 pub fn laplacian_by_number_density() -> Real {
-    let cloud = Cloud::new(Scheme::default(), 1.0, 0.0, 1.0);
+    let cloud = Cloud::new(Scheme::published(), 1.0, 0.0, 1.0);
     let sums = cloud.sums;
     cloud.operators().laplacian * sums.laplacian / sums.number_density
 }

@@ -5,6 +5,7 @@ use sazanami_numerics::{Real, Vector};
 use super::settled_bed::SettledBed;
 use super::vessel::DIAMETER;
 use super::vessel::{ExperimentError, GRAVITY, advance};
+use sazanami_mps::scheme::Scheme;
 use sazanami_mps::solver::{Forcing, Solver};
 use sazanami_observe::fit::line;
 
@@ -69,9 +70,9 @@ fn surface(solver: &Solver) -> Vec<(Real, Real)> {
 ///
 /// # Errors
 /// [`ExperimentError`] if a step fails.
-pub fn repose(size: [usize; 2], layers: Real, rate: Real) -> Result<Repose, ExperimentError> {
+pub fn repose(scheme: Scheme, size: [usize; 2], layers: Real, rate: Real) -> Result<Repose, ExperimentError> {
     let rise = 0.5 * size[0] as Real * LAST.tan();
-    let bed = SettledBed { size, layers, water: 0.7 * rise + 3.0, rise, glued: 0.75, ..SettledBed::default() };
+    let bed = SettledBed { scheme, size, layers, water: 0.7 * rise + 3.0, rise, glued: 0.75, ..SettledBed::default() };
     let mut solver = bed.solver()?;
     let rate = rate.to_radians();
     let [first, fast] = [FIRST.0, FIRST.1];

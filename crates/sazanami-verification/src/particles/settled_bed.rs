@@ -14,7 +14,7 @@ use super::vessel::{lattice, under};
 /// A bed that settled without water, covered by water that came to rest around held grains; lengths in diameters.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct SettledBed {
-    /// Enhancements.
+    /// Scheme of the water.
     pub scheme: Scheme,
     /// Spacing of the water; a diameter if there is none.
     pub spacing: Option<Real>,

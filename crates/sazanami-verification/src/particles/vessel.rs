@@ -59,7 +59,7 @@ pub struct Vessel {
     pub viscosity: Real,
     /// Friction of the fluid along walls.
     pub friction: WallFriction,
-    /// Enhancements.
+    /// Scheme of the water.
     pub scheme: Scheme,
     /// Accuracy of the pressure.
     pub tolerance: Tolerance,

@@ -53,7 +53,7 @@ const OF_RUN: &[Line] = &[
 
 const OF_CRATER: &[Line] = &[
     Line("  same bed before the impact (noise)", &["observables", "erosion", "volume_noise_mm3"], 1.0, "mm^3", 2),
-    Line("  rim from a parabola", &["observables", "erosion", "volume_refined_mm3"], 1.0, "mm^3", 2),
+    Line("  by the layers of the paper", &["observables", "erosion", "volume_by_layers_mm3"], 1.0, "mm^3", 2),
     Line("volume below the plane of the rim", &["observables", "erosion", "volume_direct_mm3"], 1.0, "mm^3", 2),
     Line("volume below the initial surface", &["observables", "erosion", "volume_excavated_mm3"], 1.0, "mm^3", 2),
     Line("volume above the initial surface", &["observables", "erosion", "volume_rim_mm3"], 1.0, "mm^3", 2),

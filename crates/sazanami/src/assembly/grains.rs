@@ -57,7 +57,7 @@ pub(crate) fn interactions(case: &Case) -> Interactions {
             interactions.set(a as u32, sides, if slippery { law.with_friction_times(0.0) } else { law });
         }
     }
-    interactions
+    interactions.with_allowed_error(case.dem.allowed_error)
 }
 
 /// Walls of the box that hold grains back, and gates.

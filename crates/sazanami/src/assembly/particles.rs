@@ -15,7 +15,7 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{Communicator, Reduction, for_each_chunk};
 
 use super::{fluid, grains};
-use crate::case::meaning::{BoundarySide, Case, FluidName, GrainShape, LiquidRegion, Population, StabilisationWeight};
+use crate::case::meaning::{BoundarySide, Case, FluidName, GrainShape, LiquidRegion, Population};
 
 /// Cells of the division into ranks, over the radius of influence.
 const CELL: Real = 0.56;
@@ -51,16 +51,7 @@ pub(crate) fn settings(case: &Case, level: Real) -> Settings {
     let middle = 0.5 * (case.domain.lower + case.domain.upper);
     Settings {
         fluid: Fluid { density: liquid.density, viscosity: liquid.viscosity / liquid.density, spacing: p.spacing },
-        scheme: Scheme {
-            projection: p.projection,
-            radius: p.radius,
-            stabilisation: match p.stabilisation {
-                StabilisationWeight::Weighted => Some(p.stabilisation_distance),
-                StabilisationWeight::Off => None,
-            },
-            shifting: p.shifting,
-            ..Scheme::default()
-        },
+        scheme: Scheme { projection: p.projection, radius: p.radius, ..Scheme::default() },
         limits: StepLimits { courant: p.courant, longest: p.dt_max, fixed: p.dt },
         tolerance: Tolerance { strain: p.tolerance, most_iterations: p.pressure_iterations },
         reference: Vector::new(middle.x, middle.y, level),

@@ -12,7 +12,7 @@ use crate::case::meaning::{Case, GrainPlacement, Lattice, Packing, PackingStop};
 pub(super) struct Work {
     /// Fluid steps.
     pub steps: Real,
-    /// Length of a step \[s].
+    /// Longest step that the limits allow \[s].
     pub dt: Real,
     /// Fluid passes in a step.
     pub passes: usize,

@@ -2,8 +2,9 @@
 
 use std::f64::consts::TAU;
 
+use sazanami_dem::Interactions;
+use sazanami_dem::impact::ImpactErrors;
 use sazanami_dem::stability::{EffectiveMasses, LongestSubstep};
-use sazanami_dem::{ContactStart, Interactions};
 use sazanami_mics::stability::{Limit as GridLimit, Rates as GridRates};
 use sazanami_mics::viscosity::explicit_rate;
 use sazanami_mps::grains::{DragExchange, volume};
@@ -16,10 +17,11 @@ use super::reached;
 use super::{LimitReport, PopulationReport, TankReport};
 use crate::assembly::{fluid, grains, particles};
 use crate::case::meaning::{
-    BoundarySide, BoxDomain, CarryingFlow, Case, GrainPlacement, LiquidRegion, Motion, PairContact, Particles,
+    BoundarySide, BoxDomain, CarryingFlow, Case, GrainPlacement, LiquidRegion, Motion, PairContact, Particles, Peak,
     Placement, Population, Region, Solver, Step, Substeps, TankMotion, ViscosityScheme,
 };
-use crate::clock::{STEPS_OF_SWING, SWING, longest_in_swing};
+use crate::clock::{Clock, OUTPUT, STEPS_OF_SWING, SWING, longest_in_swing};
+use crate::schedule::StepEnds;
 
 /// Source of a speed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,26 +42,26 @@ pub(crate) enum Cause {
     Grains(usize),
 }
 
-/// Error of the spin after an oblique impact over its tangential speed with the longest sub-step, at the constants of Yagyu et
-/// al. (2015) (docs/decisions/0019).
-const SPIN_ERROR: Real = 0.032;
-/// The same where contacts start at touch.
-const SPIN_ERROR_AT_TOUCH: Real = 0.001;
-
 /// Step length and step counts of a case, as far as its start tells.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Pace {
     /// Limits on the step, shortest first.
     pub limits: Vec<LimitReport>,
-    /// Step \[s].
+    /// First step \[s].
     pub dt: Real,
+    /// Longest step that the limits allow \[s].
+    pub stable: Real,
+    /// Mean step, which outputs shorten \[s].
+    pub mean: Real,
+    /// Sub-steps of the grains in the mean step.
+    pub mean_substeps: usize,
     /// Passes of the fluid in a step.
     pub passes: usize,
     /// Sub-steps of the grains in a step.
     pub substeps: usize,
-    /// Expected error of the spin after an oblique impact over its tangential speed, where grains move.
-    pub spin_error: Option<Real>,
-    /// Steps, if they stay as long as the first.
+    /// Errors of impacts that the length of the sub-steps brings, where grains move.
+    pub impact_errors: Option<ImpactErrors>,
+    /// Steps, if the limits stay as they are at the first and outputs end steps where they are due.
     pub steps: Real,
 }
 
@@ -92,6 +94,12 @@ impl Pace {
                 .map(|longest| limit(SWING, longest, format!("a period of what swings over {STEPS_OF_SWING}"))),
         );
         limits.retain(|limit| !limit.dt_s.is_nan() && limit.dt_s != Real::INFINITY);
+        let stable = limits.iter().map(|limit| limit.dt_s).reduce(Real::min).unwrap_or(case.run.until);
+        let ends = StepEnds::of(case);
+        let first = Clock::new(None).next_step(stable, ends.next_after(0.0));
+        if fixed.is_none() && first < stable {
+            limits.push(limit(OUTPUT, first, "steps end where outputs and checkpoints are due"));
+        }
         limits.sort_by(|a, b| a.dt_s.total_cmp(&b.dt_s));
         let ruling = fixed.map_or(0, |name| limits.iter().position(|limit| limit.name == name).unwrap_or(0));
         let dt = limits.get(ruling).map_or(case.run.until, |limit| limit.dt_s);
@@ -99,18 +107,18 @@ impl Pace {
         let pass = limits.iter().find(advective).map_or(Real::INFINITY, |limit| limit.dt_s);
         let in_passes = case.solver == Solver::Mics && fixed.is_some();
         let passes = if in_passes { ((dt / pass).ceil() as usize).max(1) } else { 1 };
-        let steps = (case.run.until / dt).ceil().min(case.run.steps.map_or(Real::INFINITY, |n| n as Real));
+        let until = case.run.until;
+        let to_end = if fixed.is_some() { (until / dt).ceil() } else { ends.steps(until, stable) };
+        let stable = if fixed.is_some() { dt } else { stable };
+        let mean = until / to_end;
+        let steps = to_end.min(case.run.steps.map_or(Real::INFINITY, |n| n as Real));
         limits.iter_mut().enumerate().for_each(|(n, limit)| limit.rules = n == ruling);
         let substeps = substeps(case, populations, dt);
-        // Of first order in the sub-step.
-        let of_first = match case.dem.contact_start {
-            ContactStart::SubStep => SPIN_ERROR,
-            ContactStart::Touch => SPIN_ERROR_AT_TOUCH,
-        };
-        let of_longest = |longest: Real| of_first * dt / substeps as Real / longest;
-        let spin_error =
-            contact_step(case, populations, &grains::interactions(case)).map(of_longest).filter(|_| substeps > 0);
-        Self { limits, dt, passes, substeps, spin_error, steps }
+        let impact_errors = (substeps > 0)
+            .then(|| impact_errors(case, populations, &grains::interactions(case), dt / substeps as Real))
+            .flatten();
+        let mean_substeps = self::substeps(case, populations, mean);
+        Self { limits, dt, stable, mean, mean_substeps, passes, substeps, impact_errors, steps }
     }
 }
 
@@ -120,7 +128,13 @@ pub(crate) fn strongest_force(case: &Case) -> Real {
     let driven = case.drive.and_then(|drive| drive.oscillation).map_or(Vector::ZERO, |swing| swing.amplitude);
     let resting = case.resting_gravity() + case.drive.map_or(Vector::ZERO, |drive| drive.acceleration);
     let at_worst = [swing + driven, swing - driven].map(|by| (resting + by).length().max((resting - by).length()));
-    at_worst[0].max(at_worst[1])
+    let recorded = peaks(case).map_or(0.0, |[_, acceleration]| resting.length() + acceleration.value);
+    at_worst[0].max(at_worst[1]).max(recorded)
+}
+
+/// Largest speed [m/s] and acceleration [m/s^2] of a tank that moves as recorded.
+pub(super) fn peaks(case: &Case) -> Option<[Peak; 2]> {
+    case.frame.as_ref()?.motion.as_ref()?.peaks()
 }
 
 /// Amplitude \[m] and frequency \[Hz] of the strongest harmonic in which the tank or its frame swings.
@@ -202,7 +216,10 @@ pub(crate) fn speeds(case: &Case, tank: Option<&TankReport>) -> Vec<(Cause, Vect
     for (cause, speed) in &mut all {
         let more = match *cause {
             Cause::Liquid(n) => collapse(case, &case.liquids[n]),
-            Cause::Frame => of_frame(case, tank),
+            Cause::Frame => {
+                let [_, velocity, _] = peaks(case).map_or([Vector::ZERO; 3], |[fastest, _]| case.tank_at(fastest.time));
+                of_frame(case, tank).max(velocity.abs())
+            }
             Cause::Side | Cause::InitialVelocity | Cause::CarryingFlow | Cause::Drive | Cause::Grains(_) => {
                 Vector::ZERO
             }
@@ -441,11 +458,30 @@ pub(super) fn contact_step(case: &Case, populations: &[PopulationReport], intera
 }
 
 /// The same by cause.
-fn longest_substep(
+pub(crate) fn longest_substep(
     case: &Case,
     populations: &[PopulationReport],
     interactions: &Interactions,
 ) -> Option<LongestSubstep> {
+    Some(masses(case, populations, interactions)?.longest_substep())
+}
+
+/// Errors of impacts with sub-steps of `substep` \[s]; `None` where no grain moves.
+pub(crate) fn impact_errors(
+    case: &Case,
+    populations: &[PopulationReport],
+    interactions: &Interactions,
+    substep: Real,
+) -> Option<ImpactErrors> {
+    masses(case, populations, interactions)?.impact_errors(substep)
+}
+
+/// The smallest and the largest grains of each population that forces move.
+fn masses<'i>(
+    case: &Case,
+    populations: &[PopulationReport],
+    interactions: &'i Interactions,
+) -> Option<EffectiveMasses<'i>> {
     let mut masses = EffectiveMasses::new(interactions);
     for (population, report) in case.grains.iter().zip(populations) {
         let Some(body) = report.body.as_ref().filter(|_| moves(population)) else { continue };
@@ -455,7 +491,7 @@ fn longest_substep(
             masses.add(body, factor, mass * factor.powi(3), grains::material_number(case, &population.material));
         }
     }
-    Some(masses.longest_substep())
+    Some(masses)
 }
 
 /// What asks for the shortest sub-steps.

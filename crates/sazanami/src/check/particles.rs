@@ -81,7 +81,7 @@ pub(crate) fn levelled(case: &Case, population: &Population) -> Option<usize> {
 }
 
 /// Volume of a liquid within the box [m^3], where it has a formula.
-fn volume_within(case: &Case, liquid: &LiquidRegion) -> Option<Real> {
+pub(super) fn volume_within(case: &Case, liquid: &LiquidRegion) -> Option<Real> {
     let Placement::Absolute(position) = liquid.placement else { return liquid.region.volume() };
     let (lower, upper) = (case.domain.lower, case.domain.upper);
     let between = |low: Vector, high: Vector| (high.min(upper) - low.max(lower)).max(Vector::ZERO).element_product();

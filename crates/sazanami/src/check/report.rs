@@ -1,6 +1,7 @@
 //! Report of `check`.
 
 use sazanami_dem::Body;
+use sazanami_dem::impact::{Error, ImpactErrors};
 use sazanami_numerics::Real;
 use serde::Serialize;
 
@@ -57,6 +58,31 @@ pub struct BumpReport {
     pub speed: Real,
 }
 
+/// Error over the moments within a sub-step at which grains meet, at the worst of five angles.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ErrorReport {
+    /// Magnitude of its mean.
+    pub mean: Real,
+    /// Its largest magnitude.
+    pub largest: Real,
+}
+
+/// Errors of oblique impacts of the lightest grains that come from the length of the sub-step.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ImpactReport {
+    /// Of the coefficient of restitution.
+    pub restitution: ErrorReport,
+    /// Of the speed of the surface by the spin, over the tangential speed before.
+    pub spin: ErrorReport,
+}
+
+impl From<ImpactErrors> for ImpactReport {
+    fn from(errors: ImpactErrors) -> Self {
+        let of = |error: Error| ErrorReport { mean: error.mean, largest: error.largest };
+        Self { restitution: of(errors.restitution), spin: of(errors.spin) }
+    }
+}
+
 /// Momentum exchange between resolved grains and fluid.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ExchangeReport {
@@ -73,7 +99,7 @@ pub struct LiquidReport {
     pub name: String,
     /// Its fluid: `liquid`, or `gas` for a bubble.
     pub fluid: &'static str,
-    /// Volume within the box and between the grains [m^3], where it has a formula.
+    /// Volume within the box and between the grains [m^3], without what later liquids take, where it has a formula.
     pub volume_m3: Option<Real>,
     /// Mass of this volume \[kg].
     pub mass_kg: Option<Real>,
@@ -124,9 +150,8 @@ pub struct CheckReport {
     pub substeps: usize,
     /// What asks for so many, where the case does not say how many.
     pub substep_cause: SubstepCause,
-    /// Expected error of the spin after an oblique impact over its tangential speed, of first order in the sub-step, where
-    /// grains move.
-    pub spin_error: Option<Real>,
+    /// Errors of oblique impacts that the length of the sub-steps brings, where grains move.
+    pub impact_errors: Option<ImpactReport>,
     /// Fluid steps, if the step stays as it is at the start.
     pub steps: Real,
     /// Fluid steps, if the step is that of the speeds that bodies reach from the start on.

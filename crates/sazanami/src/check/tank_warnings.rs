@@ -1,19 +1,47 @@
 //! Warnings about tanks of moving particles that need more than the case file to be found.
 
+use std::f64::consts::TAU;
+
+use sazanami_numerics::Real;
+
 use super::number;
 use super::particles::levelled;
 use super::waves::tank;
 use crate::case::meaning::{Case, ProbePlace, Solver};
+use crate::case::units::rounded;
 use crate::case::{Diagnostics, LoadedCase};
 
 /// Amplification of waves from which on a tank is near resonance.
-const RESONANT: sazanami_numerics::Real = 4.0;
+const RESONANT: Real = 4.0;
 
-/// Warns of waves that linear theory or the particles cannot follow, and of probes on grains that may be taken away.
+/// Warns of peaks of a recorded motion, of waves that linear theory or the particles cannot follow, and of probes on grains that may be taken away.
 pub(crate) fn warn_of_tank(loaded: &LoadedCase, report: &mut Diagnostics) {
+    warn_of_peaks(loaded, report);
     if loaded.case.solver == Solver::Mps {
         warn_of_waves(loaded, report);
         warn_of_levelled_probes(loaded, report);
+    }
+}
+
+/// Acceleration of a record over that of its strongest harmonic from which on it is said to have a peak.
+const PEAKED: Real = 4.0;
+
+/// Peaks of a recorded motion, which a reading that is off makes.
+fn warn_of_peaks(loaded: &LoadedCase, report: &mut Diagnostics) {
+    let motion = loaded.case.frame.as_ref().and_then(|frame| frame.motion.as_ref());
+    let Some((motion, [_, peak])) = motion.and_then(|motion| Some((motion, motion.peaks()?))) else { return };
+    let regular =
+        motion.harmonic().map_or(0.0, |(amplitude, frequency)| amplitude.length() * (TAU * frequency).powi(2));
+    if peak.value > PEAKED * regular {
+        report
+            .warning(loaded.places.near("frame.motion.file"), "the recorded motion has a peak")
+            .label(format!(
+                "{} m/s^2 at {} s, {} m/s^2 in its strongest harmonic",
+                number(peak.value, 2),
+                rounded(peak.time),
+                number(regular, 2)
+            ))
+            .help("look for readings that are off there, or smooth the record: water and grains feel its acceleration");
     }
 }
 

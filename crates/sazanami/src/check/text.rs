@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use sazanami_mics::grains::RESOLVED;
 use sazanami_numerics::Real;
 
-use super::{BedReport, CheckReport, RanksReport, SubstepCause, TankReport, bytes, number};
-use crate::case::meaning::{Case, GrainPlacement, Substeps};
+use super::{BedReport, CheckReport, ImpactReport, RanksReport, SubstepCause, TankReport, bytes, number};
+use crate::case::meaning::{Case, GrainPlacement, SIDE_NAMES, Solver, Substeps};
 use crate::case::units::rounded;
 use crate::progress::duration;
 
@@ -200,11 +200,16 @@ fn step(text: &mut String, case: &Case, report: &CheckReport) {
             (Substeps::Auto, SubstepCause::Film) => "by the film between grains",
         };
         let _ = writeln!(text, "  the grains make {} sub-steps in a step, {how}", report.substeps);
-        if let Some(error) = report.spin_error {
+        if let Some(errors) = report.impact_errors {
+            let ImpactReport { restitution, spin } = errors;
             let _ = writeln!(
                 text,
-                "  the spin after an oblique impact is off by about {} % of its tangential speed",
-                number(1e2 * error, 1)
+                "  an impact of the lightest grains is off by {} in restitution ({} at worst) and in spin by {} % of the tangential \
+                 speed ({} % at worst)",
+                number(restitution.mean, 4),
+                number(restitution.largest, 4),
+                number(1e2 * spin.mean, 1),
+                number(1e2 * spin.largest, 1)
             );
         }
     }
@@ -274,6 +279,18 @@ fn cost(text: &mut String, case: &Case, report: &CheckReport) {
     let _ = writeln!(text, "machine       {}, {} cores", report.machine.cpu, report.machine.cores);
     if report.made_ready {
         let _ = writeln!(text, "note          the tank was prepared before: nothing is packed");
+    }
+    let open: Vec<&str> = (0..3)
+        .flat_map(|d| [(d, 0), (d, 1)])
+        .filter(|&(d, upper)| case.boundary[d][upper].is_open() && !case.holds_grains(d, upper))
+        .map(|(d, upper)| SIDE_NAMES[d][upper])
+        .collect();
+    if !open.is_empty() && !case.grains.is_empty() && case.solver == Solver::Mics {
+        let _ = writeln!(
+            text,
+            "note          grains leave through {}: they are counted (`departed_grains`)",
+            open.join(", ")
+        );
     }
     if case.has_bed() {
         let _ = writeln!(text, "note          heights above the bed are measured on the bed in use, once it is there");

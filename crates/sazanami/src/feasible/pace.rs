@@ -6,11 +6,13 @@ use sazanami_mics::stability::Limit;
 use sazanami_numerics::Real;
 
 use super::Search;
-use crate::case::meaning::{PairContact, Solver};
+use crate::assembly::grains;
+use crate::case::meaning::{PairContact, Solver, Substeps};
 use crate::case::units::rounded;
 use crate::check::{
-    Cause, CostModel, LimitReport, Pace, ShapeFacts, SubstepCause, TankReport, number, packing_substeps,
-    population_reports, speeds, stiffest_contact, stiffness, strongest_force, substep_cause, tank,
+    Cause, CostModel, LimitReport, Pace, PopulationReport, ShapeFacts, SubstepCause, TankReport, impact_errors,
+    longest_substep, number, packing_substeps, population_reports, speeds, stiffest_contact, stiffness,
+    strongest_force, substep_cause, tank,
 };
 use crate::clock::{SWING, fixed_step, longest_in_swing};
 
@@ -38,6 +40,7 @@ impl Search<'_> {
             return;
         }
         let populations = population_reports(case, facts);
+        self.accuracy(&populations);
         let pace = Pace::reached(case, &populations, tank.as_ref());
         if !case.run.packing_only {
             self.fixed_step(&pace);
@@ -46,7 +49,7 @@ impl Search<'_> {
                 return self.without_end(&pace);
             }
         }
-        let of_flow = if case.run.packing_only { 0.0 } else { pace.steps * pace.substeps as Real };
+        let of_flow = if case.run.packing_only { 0.0 } else { pace.steps * pace.mean_substeps as Real };
         let substeps = of_flow + packing_substeps(case, &populations, model);
         if let Some(pair) = stiffest_contact(case).filter(|_| exceeds(substeps, MOST_SUBSTEPS)) {
             let cause = substep_cause(case, &populations);
@@ -68,6 +71,37 @@ impl Search<'_> {
             self.report
                 .error_at(of_film.or(self.span_of_contact(pair)), "the grains would not come to the end of this run")
                 .label(format!("{asks} for {} sub-steps", number(substeps, 0)))
+                .help(help);
+        }
+    }
+
+    /// Refuses errors of impacts that no sub-step keeps.
+    fn accuracy(&mut self, populations: &[PopulationReport]) {
+        let case = self.case;
+        let Some(allowed) = case.dem.allowed_error else { return };
+        let place = self.loaded.places.of("dem.allowed_error");
+        if let Substeps::Fixed(count) = case.dem.substeps {
+            self.report
+                .error_at(
+                    place,
+                    "`allowed_error` chooses the length of the sub-steps, and `substeps` gives their number",
+                )
+                .label(format!("`substeps = {count}`"))
+                .help("leave out one of them; `check` says the errors of impacts either way");
+            return;
+        }
+        let interactions = grains::interactions(case);
+        if let Some(longest) = longest_substep(case, populations, &interactions).filter(|longest| !longest.accurate) {
+            let errors = impact_errors(case, populations, &interactions, longest.contact).unwrap_or_default();
+            let help = "allow a larger error; strong damping, `tension = true` and `contact_start = \"sub_step\"` cost accuracy";
+            self.report
+                .error_at(place, format!("no sub-step keeps impacts within an error of {}", rounded(allowed)))
+                .label(format!(
+                    "the shortest, {} s, is off by {} in restitution and {} in spin",
+                    rounded(longest.contact),
+                    number(errors.restitution.mean, 6),
+                    number(errors.spin.mean, 6)
+                ))
                 .help(help);
         }
     }
@@ -102,7 +136,7 @@ impl Search<'_> {
         let rule = rule.map_or(String::new(), |limit| format!("; `{}` rules the step: {}", limit.name, limit.rule));
         self.report
             .error_at(self.loaded.places.near("run.until"), "this run would not come to its end")
-            .label(format!("about {} steps of {} s", number(pace.steps, 0), rounded(pace.dt)))
+            .label(format!("about {} steps of {} s", number(pace.steps, 0), rounded(pace.mean)))
             .help(format!("end it sooner{rule}"));
     }
 

@@ -29,7 +29,7 @@ use sazanami_numerics::snapshot::Snapshot;
 
 use crate::assembly::grains::after_packing;
 use crate::bed_file::{Bed, BedGrain, Recipe};
-use crate::case::meaning::Case;
+use crate::case::meaning::{Case, RunEnd};
 use crate::clock::{Clock, fixed_step};
 use crate::error::Failure;
 use crate::job::{
@@ -126,6 +126,20 @@ impl<'a, B: Observer> Recorder<'a, B> {
     pub fn wants_checkpoint(&self) -> bool {
         let every = self.job.case.checkpoint.every_wall.map(Duration::from_secs_f64);
         self.files.is_some() && every.is_some_and(|every| self.last_checkpoint.elapsed() >= every)
+    }
+
+    /// Whether what the case waits for has come to rest, on rank 0.
+    pub fn waits_no_longer(&self) -> bool {
+        self.files.is_some() && self.job.case.run.end == RunEnd::Rest && self.observer.is_at_rest()
+    }
+
+    /// Writes what the end of the case would have written. All ranks take part.
+    pub fn end_at_rest(&mut self, water: &mut B::Water, clock: &Clock) -> Result<(), RankError> {
+        if self.files.is_some() {
+            self.job.say(format!("the crater is at rest at {:.4e} s: the run ends", clock.time()));
+        }
+        let due = self.timetables.due_at_end();
+        self.write_due(water, clock, due, None)
     }
 
     /// Next time at which a step has to end.

@@ -109,6 +109,11 @@ pub(crate) trait Observer: Sized + 'static {
     /// The series gets a row of what was measured last, at `time` \[s].
     fn note_row(&mut self, _time: Real) {}
 
+    /// Whether what the run waits for is at rest, by the rows so far. Rank 0 knows.
+    fn is_at_rest(&self) -> bool {
+        false
+    }
+
     /// Adds what was measured last to the tables beside the series.
     fn tables(&self, clock: &Clock, files: &mut Files) -> Result<(), RecordError>;
 

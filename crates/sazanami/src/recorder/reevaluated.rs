@@ -149,7 +149,7 @@ impl Reevaluated {
 
 /// Radius \[m] and height \[m] of the layers that hold grains.
 fn surface(erosion: &Erosion) -> Vec<[Real; 2]> {
-    let profile = &erosion.profile;
-    let layers = profile.heights.iter().enumerate();
-    layers.filter_map(|(n, height)| height.map(|height| [profile.radius(n), height])).collect()
+    let surface = &erosion.surface;
+    let layers = surface.heights.iter().enumerate();
+    layers.filter_map(|(n, height)| height.map(|height| [surface.radius(n), height])).collect()
 }

@@ -4,7 +4,7 @@ use sazanami_numerics::Real;
 
 use crate::case::meaning::{self, Case};
 use crate::clock::Clock;
-use crate::schedule::Schedule;
+use crate::schedule::{Schedule, StepEnds};
 
 /// A schedule by time and by steps.
 #[derive(Clone, Debug, Default)]
@@ -23,6 +23,10 @@ impl Timetable {
 
     fn starts_at_zero(&self) -> bool {
         self.steps.is_some() || self.times.starts_at_zero()
+    }
+
+    fn is_used(&self) -> bool {
+        self.steps.is_some() || self.times.is_used()
     }
 
     /// Times at which something is due in the step from `before` to now \[s].
@@ -49,6 +53,7 @@ pub(crate) struct Timetables {
     outputs: [Timetable; 4],
     probes: Vec<Timetable>,
     checkpoints: Schedule,
+    ends: StepEnds,
     /// Time \[s] and step that the run ends at.
     end: (Real, Option<u64>),
 }
@@ -60,14 +65,14 @@ impl Timetables {
             outputs: [&output.series, &output.fields, &output.grains, &output.figures].map(Timetable::new),
             probes: case.probes.iter().map(|probe| Timetable::new(&probe.schedule)).collect(),
             checkpoints: Schedule::new(case.checkpoint.every, Vec::new()),
+            ends: StepEnds::of(case),
             end: (case.run.until, case.run.steps.map(|steps| steps as u64)),
         }
     }
 
-    /// Next time after `now` \[s] on which a step has to end. Probes are read between the ends of steps and shorten none.
+    /// Next time after `now` \[s] on which a step has to end.
     pub fn next_after(&self, now: Real) -> Option<Real> {
-        let all = self.outputs.iter().map(|table| &table.times);
-        all.chain([&self.checkpoints]).filter_map(|times| times.next_after(now)).reduce(Real::min)
+        self.ends.next_after(now)
     }
 
     /// Whether series, fields, grains, pictures are due before the first step. A series begins there.
@@ -82,6 +87,13 @@ impl Timetables {
         let mut due = self.outputs.each_ref().map(|table| table.is_due(before, clock, tolerance));
         let (time, step) = self.end;
         due[0] |= clock.has_reached(time) || step.is_some_and(|step| clock.step() >= step);
+        due
+    }
+
+    /// Whether series, fields, grains, pictures are due at an end that no schedule knew; the series has its row then.
+    pub fn due_at_end(&self) -> [bool; 4] {
+        let mut due = self.outputs.each_ref().map(Timetable::is_used);
+        due[0] = false;
         due
     }
 

@@ -15,15 +15,13 @@ use sazanami_parallel::{Communicator, Reduction};
 
 use self::releases::Releases;
 use crate::case::meaning::Solver;
-use crate::clock::{Clock, SWING, fixed_step, longest_in_swing};
+use crate::clock::{Clock, OUTPUT, SWING, fixed_step, longest_in_swing};
 use crate::job::{Ending, Job, RankError, RankFailure, Status};
 use crate::progress::StepLine;
 use crate::recorder::{GridObserver, Observer, ParticleObserver, Recorder, Step};
 use crate::state::Due;
 use crate::water::Water;
 
-/// Phase between the steps.
-const OUTPUT: &str = "output";
 /// What shortens a step that ends where grains are let go or a gate opens.
 const RELEASE: &str = "release";
 
@@ -93,8 +91,9 @@ fn stages<B: Observer>(
 }
 
 /// Signals from outside that one rank knows of, agreed with all: stop, and write a checkpoint.
-fn signals<B: Observer>(domain: &Domain, job: &Job, recorder: &Recorder<B>) -> [bool; 2] {
-    let mut values = [job.stop.number(), u8::from(recorder.wants_checkpoint())].map(Real::from);
+fn signals<B: Observer>(domain: &Domain, job: &Job, recorder: &Recorder<B>) -> [bool; 3] {
+    let [checkpoint, rest] = [recorder.wants_checkpoint(), recorder.waits_no_longer()].map(u8::from);
+    let mut values = [job.stop.number(), checkpoint, rest].map(Real::from);
     domain.communicator().all_reduce(&mut values, Reduction::Max);
     // A signal may reach one process of many.
     job.stop.heard(values[0] as u8);
@@ -112,7 +111,7 @@ fn pack<B: Observer>(
     let began = packing.engine().time();
     let until = job.packing_time.unwrap_or(packing.settings().longest);
     loop {
-        let [stop, checkpoint] = signals(domain, job, recorder);
+        let [stop, checkpoint, _] = signals(domain, job, recorder);
         if stop || checkpoint {
             recorder.checkpoint_packing(domain, &mut packing)?;
         }
@@ -177,8 +176,11 @@ fn flow<B: Observer>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>)
     let mut releases = Releases::of(case, clock.time());
     let swing = longest_in_swing(case).filter(|_| fixed_step(case).is_none());
     loop {
-        let [stop, checkpoint] = signals(water.domain(), job, recorder);
-        let finished = clock.has_reached(case.run.until);
+        let [stop, checkpoint, at_rest] = signals(water.domain(), job, recorder);
+        let finished = at_rest || clock.has_reached(case.run.until);
+        if at_rest && !clock.has_reached(case.run.until) {
+            recorder.end_at_rest(&mut water, &clock)?;
+        }
         let stopped = enough(&clock);
         if checkpoint || stop || finished || stopped {
             recorder.checkpoint(&mut water, &clock)?;

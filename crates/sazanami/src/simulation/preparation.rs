@@ -189,7 +189,7 @@ fn make_ready(
     let forcing = Forcing { body_force: gravity, ..Forcing::default() };
     let mut steps = 0;
     loop {
-        let [stop, checkpoint] = signals(Water::domain(solver), job, recorder);
+        let [stop, checkpoint, _] = signals(Water::domain(solver), job, recorder);
         if stop || checkpoint {
             recorder.checkpoint_preparation(solver, |snapshot| stage.save(snapshot))?;
         }

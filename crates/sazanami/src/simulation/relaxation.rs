@@ -108,7 +108,7 @@ pub(super) fn relax<B: Observer>(
 ) -> Result<Option<Engine>, RankError> {
     let gravity = job.case.resting_gravity();
     loop {
-        let [stop, checkpoint] = signals(domain, job, recorder);
+        let [stop, checkpoint, _] = signals(domain, job, recorder);
         let (time, mean_speed) = (relaxation.time(), relaxation.mean_speed(domain));
         let at_rest = !relaxation.parting && time - relaxation.parted >= LEAST && mean_speed < AT_REST;
         if stop || checkpoint || at_rest {

@@ -11,7 +11,7 @@ use crate::grains::GrainPhase;
 use crate::momentum::FluidImpulses;
 use crate::particles::Role;
 use crate::pressure::Tolerance;
-use crate::scheme::{Fluid, Projection, Scheme};
+use crate::scheme::{Fluid, Scheme};
 use crate::solver::{FluidParticle, Settings};
 use crate::stability::StepLimits;
 
@@ -51,7 +51,7 @@ fn posed_of(
     let domain = Domain::solo(Grid::new([4, 4, 4], Vector::ZERO, upper), sides.map(|s| s[0] == Side::Periodic));
     let settings = Settings {
         fluid: Fluid { density: 2.0, viscosity: 0.01, spacing: 1.0 },
-        scheme: Scheme { projection: Projection::Conjugate, radius, ..Scheme::default() },
+        scheme: Scheme::conjugate(radius),
         limits: StepLimits { longest: 0.05, ..StepLimits::default() },
         tolerance: Tolerance::default(),
         reference: Vector::ZERO,

@@ -6,6 +6,7 @@ mod series;
 mod soaked;
 mod summary;
 
+use sazanami_dem::Departures;
 use sazanami_io::table::{Column, Value};
 use sazanami_mics::momentum::{Impulses, StoredMomentum};
 use sazanami_mics::solver::{Solver, StepReport};
@@ -37,11 +38,14 @@ pub(super) fn probe_page() -> String {
     probes::COLUMNS.page()
 }
 
-const INITIAL_HEIGHTS: &str = "observe/initial_heights";
+const INITIAL_HEIGHTS: &str = "observe/initial_surface";
 const INITIAL_NOISE: &str = "observe/initial_noise";
 /// Prefix of the bed as it lay before the impact.
 pub(super) const BEFORE: &str = "observe/before_impact/";
 const VOLUME_COURSE: &str = "observe/volume_course";
+const COURSE_BELOW_RIM: &str = "observe/course_below_rim";
+/// A crater at rest keeps its volumes within this part for so long \[s].
+const KEPT: [Real; 2] = [0.03, 10e-3];
 const LIQUID_TRACE: &str = "observe/liquid_trace";
 
 /// Energies as measured last \[J].
@@ -59,6 +63,8 @@ pub(crate) struct GridObserver {
     before: Snapshot,
     /// V of each row of the series.
     course: VolumeCourse,
+    /// The volume below the rim of each row.
+    below_rim: VolumeCourse,
     splash: Option<SplashTracker>,
     /// None of a flow that is given: nothing acts on its momentum.
     momentum: Option<MomentumBudget>,
@@ -67,6 +73,7 @@ pub(crate) struct GridObserver {
     clipped: Real,
     findings: Findings,
     energies: Energies,
+    departures: Departures,
     /// Largest place of the interface along x1 \[m], if there is liquid.
     front: Option<Real>,
 }
@@ -124,6 +131,7 @@ impl GridObserver {
         self.splash = SplashTracker::restore(snapshot).ok();
         self.initial = initial_heights(snapshot);
         self.course = volume_course(snapshot);
+        self.below_rim = course(snapshot, COURSE_BELOW_RIM);
         if leads {
             // Checkpoints of earlier versions have no such bed.
             let before = snapshot.sections().filter(|(name, _)| name.starts_with(BEFORE));
@@ -147,6 +155,7 @@ impl Observer for GridObserver {
             initial: None,
             before: Snapshot::default(),
             course: VolumeCourse::default(),
+            below_rim: VolumeCourse::default(),
             splash: None,
             momentum: None,
             liquid: None,
@@ -154,6 +163,7 @@ impl Observer for GridObserver {
             clipped: 0.0,
             findings: Findings::default(),
             energies: Energies::default(),
+            departures: Departures::default(),
             front: None,
         }
     }
@@ -184,8 +194,10 @@ impl Observer for GridObserver {
             momentum.set_stored(stored.terms());
             let before = StoredMomentum::from_terms(momentum.initial().map(|(_, term)| term));
             let impulses = Impulses::from_terms(momentum.impulses().map(|(_, impulse)| impulse));
-            momentum.note_exchange(stored.grains - before.grains - impulses.on_grains());
+            let departed = solver.grains().engine().departures().momentum;
+            momentum.note_exchange(stored.grains + departed - before.grains - impulses.on_grains());
         }
+        self.departures.clone_from(solver.grains().engine().departures());
         let own = solver.grains().engine().grains();
         let mine: Real = (0..own.owned()).map(|n| own.kinetic_energy(n)).sum();
         self.energies = Energies { fluid: solver.fluid_energy(), grains: domain.sum([mine])[0] };
@@ -210,7 +222,16 @@ impl Observer for GridObserver {
     fn note_row(&mut self, time: Real) {
         if let Some(erosion) = &self.findings.erosion {
             self.course.add(time, erosion.crater.volume);
+            self.below_rim.add(time, erosion.crater.volume_direct);
         }
+    }
+
+    fn is_at_rest(&self) -> bool {
+        let (Some(settings), Some(erosion)) = (&self.erosion, &self.findings.erosion) else { return false };
+        let [part, span] = KEPT;
+        erosion.has_crater(settings.grain_size)
+            && erosion.airborne_grains == 0
+            && [&self.course, &self.below_rim].into_iter().all(|course| course.keeps(part, span))
     }
 
     fn warnings(&self) -> Vec<Warning> {
@@ -280,6 +301,7 @@ impl Observer for GridObserver {
         }
         if self.erosion.is_some() {
             snapshot.put_reals(VOLUME_COURSE, self.course.pairs());
+            snapshot.put_reals(COURSE_BELOW_RIM, self.below_rim.pairs());
         }
         self.before.sections().for_each(|(name, section)| snapshot.put(name, section.clone()));
         snapshot.put_reals(LIQUID_TRACE, vec![self.through, self.clipped]);
@@ -312,7 +334,11 @@ fn front(solver: &Solver) -> Option<Real> {
 
 /// V of each row of the series up to a checkpoint; empty in those of earlier versions.
 pub(super) fn volume_course(snapshot: &Snapshot) -> VolumeCourse {
-    snapshot.reals(VOLUME_COURSE).map_or_else(|_| VolumeCourse::default(), VolumeCourse::from_pairs)
+    course(snapshot, VOLUME_COURSE)
+}
+
+fn course(snapshot: &Snapshot, section: &str) -> VolumeCourse {
+    snapshot.reals(section).map_or_else(|_| VolumeCourse::default(), VolumeCourse::from_pairs)
 }
 
 /// The initial bed as the run evaluated it.

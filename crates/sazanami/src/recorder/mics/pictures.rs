@@ -117,9 +117,9 @@ pub(crate) fn bed_surface(
     before: Option<&InitialBed>,
     now: Option<&Erosion>,
 ) -> BedSurface {
-    let at = |(n, height): (usize, Real)| [(n as Real + 0.5) * settings.layer, height];
+    let at = |(n, height): (usize, Real)| [(n as Real + 0.5) * settings.surface_layer(), height];
     let before = before.map_or_else(Points::new, |bed| bed.heights.iter().copied().enumerate().map(at).collect());
-    let now_at = |erosion: &Erosion| erosion.profile.filled().into_iter().enumerate().map(at).collect();
+    let now_at = |erosion: &Erosion| erosion.surface.filled().into_iter().enumerate().map(at).collect();
     let found = now.filter(|erosion| erosion.has_crater(settings.grain_size));
     BedSurface {
         axis: settings.axis[0],

@@ -8,7 +8,7 @@ use sazanami_numerics::{Real, Vector};
 
 use crate::assembly::grains::identifier;
 use crate::case::meaning::{Case, Probe, ProbePlace};
-use crate::columns::{Cell, cells, quantities};
+use crate::columns::{Cell, cells, missing, quantities};
 use crate::recorder::columns::{GAUGE, ProbeColumns};
 use crate::recorder::mics::liquid_share;
 
@@ -104,7 +104,10 @@ fn measure(case: &Case, solver: &Solver, time: Real, probe: &Probe) -> Vec<Value
         }
         ProbePlace::Body { population, index } => {
             let number = case.grains.iter().position(|kind| &kind.name == population).unwrap_or_default();
-            cells(OF_BODY, &of_body(solver, identifier(number, *index), written)).collect()
+            match of_body(solver, identifier(number, *index), written) {
+                Some(body) => cells(OF_BODY, &body).collect(),
+                None => missing(OF_BODY).collect(),
+            }
         }
         ProbePlace::Gauge(place) => cells(&GAUGE, &Some(level(solver, *place))).collect(),
     }
@@ -188,10 +191,10 @@ fn through_plane(domain: &Domain, solver: &Solver, direction: usize, position: R
     ThroughPlane { volume_flux: flux * area, liquid_flux: liquid * area, mean_pressure: pressure / count.max(1.0) }
 }
 
-/// A grain; what leaves the frame of the tank for the one that is written is added.
-fn of_body(solver: &Solver, id: u64, [shift, drift]: [Vector; 2]) -> OfBody {
+/// A grain, unless it has left; what leaves the frame of the tank for the one that is written is added.
+fn of_body(solver: &Solver, id: u64, [shift, drift]: [Vector; 2]) -> Option<OfBody> {
     let grains = solver.grains().engine().grains();
-    let mut found = [0.0; 18];
+    let mut found = [0.0; 19];
     if let Ok(n) = grains.id[..grains.owned()].binary_search(&id) {
         let force = solver.grains().fluid_forces().get(n).copied().unwrap_or_default();
         let torque = solver.grains().fluid_torques().get(n).copied().unwrap_or_default();
@@ -206,12 +209,14 @@ fn of_body(solver: &Solver, id: u64, [shift, drift]: [Vector; 2]) -> OfBody {
         for (to, from) in found.chunks_exact_mut(3).zip(vectors) {
             to.copy_from_slice(&from.to_array());
         }
+        found[18] = 1.0;
     }
     let found = solver.domain().sum(found);
     let [position, velocity, spin, fluid_force, contact_force, fluid_torque] =
         [0, 1, 2, 3, 4, 5].map(|n| Vector::from_slice(&found[3 * n..]));
     let (position, velocity) = (position + shift, velocity + drift);
-    OfBody { position, velocity, spin, fluid_force, contact_force, fluid_torque }
+    let body = OfBody { position, velocity, spin, fluid_force, contact_force, fluid_torque };
+    (found[18] > 0.0).then_some(body)
 }
 
 /// Height up to which liquid stands over a place on the floor, as the liquid in the column of cells would fill it up to the first gas, grains in it

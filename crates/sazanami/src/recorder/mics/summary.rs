@@ -75,10 +75,10 @@ pub(crate) const EROSION: &[Field<Erosion>] = quantities! {
         => |erosion| json!(1e9 * erosion.crater.volume);
     "volume_uncertainty_mm3", "mm^3", "half the width of `volume_range_mm3`"
         => |erosion| json!(1e9 * erosion.volume_uncertainty());
-    "volume_range_mm3", "mm^3", "smallest and largest V over nine smoothings and with the rim half a layer nearer and farther"
+    "volume_range_mm3", "mm^3", "smallest and largest V over three bandwidths and with the rim half a bandwidth nearer and farther"
         => |erosion| json!(erosion.volume_range.map(|volume| 1e9 * volume));
-    "volume_refined_mm3", "mm^3", "V with the rim from a parabola through the three layers about it"
-        => |erosion| json!(1e9 * erosion.crater.refined_volume);
+    "volume_by_layers_mm3", "mm^3", "V with the surface in the layers of the paper, one of which is the rim"
+        => |erosion| json!(erosion.by_layers.map(|crater| 1e9 * crater.volume));
     "volume_noise_mm3", "mm^3", "V of the same bed before the impact: a V that is not several times larger means nothing"
         => |erosion| json!(erosion.noise.map(|volume| 1e9 * volume));
     "volume_direct_mm3", "mm^3", "volume below the plane of the rim" => |erosion| json!(1e9 * erosion.crater.volume_direct);
@@ -92,7 +92,7 @@ pub(crate) const EROSION: &[Field<Erosion>] = quantities! {
     "depth_mm", "mm", "depth of the crater below its rim, H" => |erosion| json!(1e3 * erosion.crater.depth);
     "depth_below_initial_mm", "mm", "depth of the crater below the bed's surface before the impact"
         => |erosion| json!(erosion.depth_below_initial.map(|depth| 1e3 * depth));
-    "rim_at_edge", "", "whether the rim lies in the outermost layer: the box, or `erosion.r_max`, is too small for this crater, and V cannot be trusted"
+    "rim_at_edge", "", "whether the rim lies at the end of the surface that is looked at: the box, or `erosion.r_max`, is too small for this crater, and V cannot be trusted"
         => |erosion| json!(erosion.crater.rim_at_edge);
     "surface_grains", "", "grains that form the surface" => |erosion| json!(erosion.surface_grains);
     "airborne_grains", "", "grains in flight, which are left out" => |erosion| json!(erosion.airborne_grains);
@@ -129,6 +129,10 @@ pub(crate) const SOAKED: &[Field<Soaked>] = quantities! {
 
 /// Fields of `conservation`.
 pub(in crate::recorder) const CONSERVATION: &[Field<GridObserver>] = quantities! {
+    "departed_grains", "", "grains that have left through open sides" => |observer| json!(observer.departures.grains);
+    "departed_mass", "kg", "their mass" => |observer| json!(observer.departures.mass);
+    "departed_momentum", "N s", "momentum that they left with"
+        => |observer| json!(observer.departures.momentum.to_array());
     "liquid_volume_relative_change", "", "change of the transported liquid volume since the start, over that at the start"
         => |observer| json!(observer.findings.liquid_relative_change);
     "wet_liquid_volume_relative_change", "", "the same of the liquid outside grains: water that soaks into the bed counts as lost"
