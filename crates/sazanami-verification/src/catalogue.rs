@@ -153,7 +153,7 @@ pub const CASES: &[Case] = &[
     case!("mps-hindered-settling", moving_particles::hindered_settling),
     case!("mps-standing-wave", moving_particles::standing_wave),
     case!("mps-sloshing", moving_particles::sloshing),
-    case!("mps-viscous-walls", moving_particles::viscous_walls),
+    case!("mps-viscous-walls", with "mps-viscous-walls"),
     case!("mps-dam-break", moving_particles::dam_break),
     case!("mps-dam-break-lobovsky", moving_particles::dam_break_lobovsky),
     case!("mps-stretching-drop", moving_particles::stretching_drop),

@@ -2,14 +2,14 @@
 
 use std::f64::consts::PI;
 
-use sazanami_mps::boundary::{Side, WallFriction};
+use sazanami_mps::boundary::Side;
 use sazanami_mps::scheme::Scheme;
 use sazanami_mps::solver::{FluidParticle, Forcing};
 use sazanami_mps::{Kind, Role};
 use sazanami_numerics::{Real, Vector};
 use sazanami_verification::particles::{
     DOWN, Vessel, WaveTank, bulk_weighted, laplacian_by_number_density, lattice_voids, operators, seepage,
-    standing_wave, stokes_layer,
+    standing_wave,
 };
 
 #[test]
@@ -47,15 +47,6 @@ fn a_wave_swings_with_its_period() {
     let tank = WaveTank { length: 0.1, depth: 0.05, layers: 5, scheme: Scheme::default() };
     let found = standing_wave(tank, 1, 0.02).unwrap();
     assert!((found.period - 1.0).abs() < 0.05, "{found:?}");
-}
-
-#[test]
-fn water_sticks_to_walls() {
-    let sticking = stokes_layer(2, WallFriction::NoSlip).unwrap();
-    assert!(sticking < 0.1, "{sticking}");
-    // Negative control: walls that slip.
-    let slipping = stokes_layer(2, WallFriction::Slip).unwrap();
-    assert!(slipping > 0.3, "{slipping}");
 }
 
 /// Largest pressure on the walls after a step of water in a tank, and of droplets that fly at a wall from `height`

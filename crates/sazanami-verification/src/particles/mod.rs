@@ -15,7 +15,6 @@ mod repose;
 mod settled_bed;
 mod suspended;
 mod vessel;
-mod viscous;
 mod watered_bed;
 mod waves;
 
@@ -35,6 +34,5 @@ pub use operators::{Operators, bulk_weighted, laplacian_by_number_density, opera
 pub use repose::{Repose, repose};
 pub use suspended::{HinderedSettling, UpwardFlow, hindered_settling, settling_speed, upward_flow};
 pub use vessel::{DENSITY, DIAMETER, DOWN, Energy, ExperimentError, GRAIN_DENSITY, GRAVITY, Vessel, advance};
-pub use viscous::{Channel, poiseuille, stokes_layer};
 pub use watered_bed::{BedSetup, WateredBed, watered_bed};
 pub use waves::{Shaking, Sloshing, StandingWave, WaveTank, sloshing, standing_wave};

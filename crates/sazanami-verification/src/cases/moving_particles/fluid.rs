@@ -2,7 +2,6 @@
 
 use crate::particles as experiments;
 use crate::particles::dam_break::{Collapse, Column, WIDTH, at, dimensionless, fitted_slope};
-use sazanami_mps::boundary::WallFriction;
 use sazanami_mps::scheme::Scheme;
 use sazanami_numerics::Real;
 
@@ -54,19 +53,6 @@ pub fn operators() -> Result<Vec<Measured>, String> {
     let wrong = experiments::laplacian_by_number_density();
     rows.push(Measured::new("control: HL over n0 instead of N2", wrong));
     Ok(rows)
-}
-
-/// Walls that hold water by its viscosity.
-pub fn viscous_walls() -> Result<Vec<Measured>, String> {
-    let channel = experiments::poiseuille(20, WallFriction::NoSlip).map_err(said)?;
-    let layer = experiments::stokes_layer(4, WallFriction::NoSlip).map_err(said)?;
-    let slip = experiments::stokes_layer(4, WallFriction::Slip).map_err(said)?;
-    Ok(vec![
-        Measured::new("Poiseuille, 20 layers: speed in the middle over exact", channel.centre),
-        Measured::new("Poiseuille, 20 layers: rms error of the profile", channel.profile),
-        Measured::new("Stokes layer of 4 spacings: rms error of the velocity", layer),
-        Measured::new("control: Stokes layer at walls that slip", slip),
-    ])
 }
 
 /// The shift of the clock that fits a front best, and its relative root mean square error.

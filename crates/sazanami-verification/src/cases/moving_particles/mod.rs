@@ -8,7 +8,7 @@ mod suspended;
 mod waves;
 
 pub(crate) use flows::{conservation, dam_break, hydrostatics, jets, standing_wave, stretching_drop, watered_bed};
-pub(crate) use fluid::{dam_break_lobovsky, operators, viscous_walls};
+pub(crate) use fluid::{dam_break_lobovsky, operators};
 pub(crate) use grains::{
     bed_load, bed_stress, frames, frames_with_bed, packed_bed, repose, resting_bed, settling_grain, void_fraction,
 };
