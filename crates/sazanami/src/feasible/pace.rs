@@ -10,8 +10,8 @@ use crate::assembly::grains;
 use crate::case::meaning::{PairContact, Solver, Substeps};
 use crate::case::units::rounded;
 use crate::check::{
-    Cause, CostModel, LimitReport, Pace, PopulationReport, ShapeFacts, SubstepCause, TankReport, fall_of, impact_errors,
-    longest_substep, number, packing_substeps, population_reports, speeds, stiffest_contact, stiffness,
+    Cause, CostModel, LimitReport, Pace, PopulationReport, ShapeFacts, SubstepCause, TankReport, fall_of,
+    impact_errors, longest_substep, number, packing_substeps, population_reports, speeds, stiffest_contact, stiffness,
     strongest_force, substep_cause, tank,
 };
 use crate::clock::{SWING, fixed_step, longest_in_swing};
