@@ -74,8 +74,9 @@ fn check_rest(case: &Case, cx: &mut Context<'_>) {
             .label("it waits for the crater that `[erosion]` evaluates with `solver = \"mics\"`")
             .help("give the time at which the run ends");
     }
-    let every = case.output.series.every;
-    if every.is_some_and(|every| every > SLOWEST_ROWS) {
+    let series = &case.output.series;
+    let never = series.every.is_none() && series.steps.is_none();
+    if never || series.every.is_some_and(|every| every > SLOWEST_ROWS) {
         cx.report
             .error_at(cx.places.near("output.series"), "rows of the series too far apart for `until = \"rest\"`")
             .label("rest takes eight rows within 10 ms")

@@ -443,6 +443,8 @@ impl Engine {
         found.iter().for_each(|&g| motion[g] = Motion::Free);
         let [count] = domain.sum([found.len() as Real]);
         if count > 0.0 {
+            self.time_step = self.longest_time_step(domain);
+            self.book.window = None;
             self.renew(domain, false)?;
         }
         Ok(count as usize)

@@ -9,7 +9,7 @@ use sazanami_numerics::Real;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_parallel::{RanksFailed, Solo, run_ranks_with, with_threads};
 
-use crate::case::meaning::Case;
+use crate::case::meaning::{Case, RunEnd};
 use crate::case::resolved::{self, Paths};
 use crate::case::{self, LoadedCase};
 use crate::check::{self, CostModel, Known};
@@ -222,7 +222,8 @@ fn longer(
     let length = &loaded.case.run;
     let later = |until: &Real| run.flows() && !length.packing_only && *until > length.until;
     let Some(until) = options.until.filter(later) else { return Ok(None) };
-    let mut longer = case::load(case_file, &[format!("run.until=\"{until} s\"")])?;
+    let key = if length.end == RunEnd::Rest { "latest" } else { "until" };
+    let mut longer = case::load(case_file, &[format!("run.{key}=\"{until} s\"")])?;
     longer.case.output.move_end(length.until, until);
     Ok(Some(longer))
 }

@@ -30,8 +30,8 @@ impl Default for RunEnd {
 #[keys(check = Self::check)]
 pub struct RunLength {
     /// Simulated time at the end, or `"rest"`: the run ends when V and the volume below the rim of its crater have kept within 3 % for
-    /// 10 ms, in eight rows of the series at least, and no grain is in flight, and at `latest` if that does not come. The time may be left out
-    /// with `packing_only`.
+    /// 10 ms, in eight rows of the series at least, and no grain is in flight, and at `latest` if that does not come. Drops, grains and
+    /// plates that come later than that rest are not waited for. The time may be left out with `packing_only`.
     #[key(name = "until", unit = "s", range = NonNegative, default = RunEnd::At(Real::NAN), says = "required", example = "0.02 s")]
     pub end: RunEnd,
     /// Simulated time at which a run until rest ends at the latest: required with `until = "rest"`, and only there.

@@ -42,6 +42,23 @@ pub(super) struct SurfaceState {
 
 const _: () = assert!(size_of::<SurfaceState>() == size_of::<[Real; ATTACHED]>());
 
+/// Owned grains beside open sides.
+struct AtSides {
+    /// Covered volume of each grain and ghost \[m^3].
+    volume: Vec<[Real; 1]>,
+    /// Whether a grain may reach across such a side within a step.
+    near: Vec<bool>,
+    /// Whether it may reach across one now.
+    across: Vec<bool>,
+}
+
+impl AtSides {
+    /// Covered volume of a grain that may reach across \[m^3]; zero of the others.
+    fn inside(&self, n: usize) -> Real {
+        if self.near[n] { self.volume[n][0] } else { 0.0 }
+    }
+}
+
 impl GrainPhase {
     /// Starts a step of `dt` \[s]: places the surfaces of the grains as they are, and expects of the grains the velocity
     /// at its end that they have if their acceleration stays what it was.
@@ -142,7 +159,7 @@ impl GrainPhase {
                 angular_momentum: angular_momentum.to_array(),
                 motion,
                 rotation,
-                inside: inside.as_ref().map_or(0.0, |volumes| volumes[n][0]),
+                inside: inside.as_ref().map_or(0.0, |at_sides| at_sides.inside(n)),
                 ..self.surface_state(n)
             };
             self.force.push(impulse / dt);
@@ -159,7 +176,7 @@ impl GrainPhase {
         self.sum_covered(domain, flow);
         let inside = self.volumes_at_sides(domain);
         let stays = |state: &SurfaceState, n: usize| match &inside {
-            Some(now) if state.inside > 0.0 => now[n][0] / state.inside,
+            Some(now) if state.inside > 0.0 && now.across[n] => now.volume[n][0] / state.inside,
             _ => 1.0,
         };
         let mut impulses = self.receive(domain, dt, |phase, n| {
@@ -180,28 +197,26 @@ impl GrainPhase {
         impulses
     }
 
-    /// Covered volume of each owned grain that may pass an open side in a step \[m^3], zero of the others; `None` where none on any
-    /// rank does.
-    fn volumes_at_sides(&self, domain: &Domain) -> Option<Vec<[Real; 1]>> {
+    /// The owned grains beside open sides through which grains leave; `None` where none on any rank may pass one in a step.
+    fn volumes_at_sides(&self, domain: &Domain) -> Option<AtSides> {
         let (grains, sides) = (self.engine.grains(), self.engine.leave_through());
         if sides == [[false; 2]; 3] {
             return None;
         }
         let (lower, upper) = (domain.grid().lower, domain.grid().lower + domain.grid().extent());
         let cell = domain.grid().spacing.max_element();
-        let near = |n: usize| {
-            let reach = self.shapes[grains.shape[n] as usize].bounding_radius() * grains.scale[n] + cell;
+        let within = |n: usize, beyond: Real| {
+            let reach = self.shapes[grains.shape[n] as usize].bounding_radius() * grains.scale[n] + beyond;
             let (below, above) = (grains.position[n] - lower, upper - grains.position[n]);
             (0..3).any(|d| sides[d][0] && below[d] < reach || sides[d][1] && above[d] < reach)
         };
-        if domain.max(if (0..grains.owned()).any(near) { 1.0 } else { 0.0 }) == 0.0 {
+        let near: Vec<bool> = (0..grains.owned()).map(|n| within(n, cell)).collect();
+        if domain.max(if near.contains(&true) { 1.0 } else { 0.0 }) == 0.0 {
             return None;
         }
-        let mut volumes = covered::volumes(domain, &self.imprint, grains.len());
-        self.engine.gather_to_owners(domain, &mut volumes);
-        volumes.truncate(grains.owned());
-        volumes.iter_mut().enumerate().filter(|(n, _)| !near(*n)).for_each(|(_, volume)| *volume = [0.0]);
-        Some(volumes)
+        let mut volume = covered::volumes(domain, &self.imprint, grains.len());
+        self.engine.gather_to_owners(domain, &mut volume);
+        Some(AtSides { volume, near, across: (0..grains.owned()).map(|n| within(n, 0.0)).collect() })
     }
 
     /// Gives each free grain its `impulse(n)` and angular impulse [N s, N m s] and keeps its accelerations in the step of `dt` \[s].

@@ -33,6 +33,8 @@ use surface_grains::SurfaceGrains;
 
 /// Bandwidth of the smooth profile over the thickness of the paper's layers: 1.7 grain sizes where these are 2.5.
 const BANDWIDTH: Real = 2.0 / 3.0;
+/// Least bandwidth in pixels: half a grain, and three rings of pixels within the narrowest of the uncertainty.
+const LEAST_PIXELS: Real = 4.5;
 /// Other bandwidths of the uncertainty, relative to that.
 const SMOOTHINGS: [Real; 2] = [0.7, 1.4];
 
@@ -137,7 +139,7 @@ impl ErosionSettings {
     /// Width of the weights with which the surface is smoothed along the radius \[m].
     #[must_use]
     pub fn bandwidth(&self) -> Real {
-        BANDWIDTH * self.layer
+        (BANDWIDTH * self.layer).max(LEAST_PIXELS * self.pixel)
     }
 
     /// Thickness of the layers of [`Erosion::surface`] and of [`InitialBed::heights`] \[m].
@@ -259,7 +261,9 @@ impl Erosion {
         let surface = surface_with(bandwidth);
         // A rim nearer than a layer is a grain.
         let crater_of = |surface: &Profile| Crater::with_rim_beyond(surface, settings.layer);
-        let crater = crater_of(&surface).ok_or(ErosionError::NoSurface)?;
+        let mut crater = crater_of(&surface).ok_or(ErosionError::NoSurface)?;
+        // A parabola on one side may bend before the end.
+        crater.rim_at_edge |= crater.rim_radius > settings.largest_radius - 0.5 * bandwidth;
         let smoothings = SMOOTHINGS.into_iter().filter_map(|n| Some(crater_of(&surface_with(n * bandwidth))?.volume));
         let farther = [-0.5, 0.5].map(|n| cap_volume(crater.depth, crater.rim_radius + n * bandwidth));
         let volume_range = smoothings

@@ -43,6 +43,7 @@ const INITIAL_NOISE: &str = "observe/initial_noise";
 /// Prefix of the bed as it lay before the impact.
 pub(super) const BEFORE: &str = "observe/before_impact/";
 const VOLUME_COURSE: &str = "observe/volume_course";
+const RESTED: &str = "observe/rested";
 const COURSE_BELOW_RIM: &str = "observe/course_below_rim";
 /// A crater at rest keeps its volumes within this part for so long \[s].
 const KEPT: [Real; 2] = [0.03, 10e-3];
@@ -65,6 +66,8 @@ pub(crate) struct GridObserver {
     course: VolumeCourse,
     /// The volume below the rim of each row.
     below_rim: VolumeCourse,
+    /// Whether the crater was at rest in the last row.
+    rested: bool,
     splash: Option<SplashTracker>,
     /// None of a flow that is given: nothing acts on its momentum.
     momentum: Option<MomentumBudget>,
@@ -132,6 +135,7 @@ impl GridObserver {
         self.initial = initial_heights(snapshot);
         self.course = volume_course(snapshot);
         self.below_rim = course(snapshot, COURSE_BELOW_RIM);
+        self.rested = snapshot.reals(RESTED).is_ok_and(|rested| rested == [1.0]);
         if leads {
             // Checkpoints of earlier versions have no such bed.
             let before = snapshot.sections().filter(|(name, _)| name.starts_with(BEFORE));
@@ -156,6 +160,7 @@ impl Observer for GridObserver {
             before: Snapshot::default(),
             course: VolumeCourse::default(),
             below_rim: VolumeCourse::default(),
+            rested: false,
             splash: None,
             momentum: None,
             liquid: None,
@@ -223,15 +228,15 @@ impl Observer for GridObserver {
         if let Some(erosion) = &self.findings.erosion {
             self.course.add(time, erosion.crater.volume);
             self.below_rim.add(time, erosion.crater.volume_direct);
+            let [part, span] = KEPT;
+            self.rested = self.erosion.as_ref().is_some_and(|settings| erosion.has_crater(settings.grain_size))
+                && erosion.airborne_grains == 0
+                && [&self.course, &self.below_rim].into_iter().all(|course| course.keeps(part, span));
         }
     }
 
     fn is_at_rest(&self) -> bool {
-        let (Some(settings), Some(erosion)) = (&self.erosion, &self.findings.erosion) else { return false };
-        let [part, span] = KEPT;
-        erosion.has_crater(settings.grain_size)
-            && erosion.airborne_grains == 0
-            && [&self.course, &self.below_rim].into_iter().all(|course| course.keeps(part, span))
+        self.rested
     }
 
     fn warnings(&self) -> Vec<Warning> {
@@ -302,6 +307,7 @@ impl Observer for GridObserver {
         if self.erosion.is_some() {
             snapshot.put_reals(VOLUME_COURSE, self.course.pairs());
             snapshot.put_reals(COURSE_BELOW_RIM, self.below_rim.pairs());
+            snapshot.put_reals(RESTED, vec![Real::from(u8::from(self.rested))]);
         }
         self.before.sections().for_each(|(name, section)| snapshot.put(name, section.clone()));
         snapshot.put_reals(LIQUID_TRACE, vec![self.through, self.clipped]);
