@@ -52,7 +52,8 @@ fn check_densities(case: &Case, cx: &mut Context<'_>) {
     let liquid = [("fluid.liquid.density".to_owned(), case.fluid.liquid.density)];
     let materials = case.materials.iter().map(|m| (format!("material.{}.density", m.name), m.density));
     for (key, density) in liquid.into_iter().chain(materials) {
-        if (LIGHTEST..=HEAVIEST).contains(&density) {
+        // One that cannot be read is not a number, and has been reported.
+        if (LIGHTEST..=HEAVIEST).contains(&density) || density.is_nan() {
             continue;
         }
         let what = if density < LIGHTEST { "lighter than foam" } else { "heavier than osmium" };

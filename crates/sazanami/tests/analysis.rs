@@ -49,6 +49,7 @@ placement.list = [{ position = ["0.6 mm", "0.6 mm", "1.42 mm"], velocity = ["0.5
 [bed]
 porosity_upper = "0.8 mm"
 [erosion]
+axis = ["2.6 mm", "1.4 mm"]                # where there is a hollow
 grain_size = "0.5 mm"
 dr = "0.3 mm"
 dx = "0.4 mm"

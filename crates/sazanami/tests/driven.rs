@@ -212,7 +212,7 @@ fn ranks_hold_the_same_flow_and_let_the_same_grain_go() {
         let wide = ["domain.size=[\"16 mm\", \"4 mm\", \"4 mm\"]", "domain.cells=[16, 4, 16]"];
         let water = "liquid.0.region.box.upper=[\"16 mm\", \"4 mm\", \"4 mm\"]";
         let inside = "liquid.0.allow_touching_grains=true";
-        let exact = if solver == "mps" { "particles.tolerance=1e-10" } else { "fluid.tol_div=1e-10" };
+        let exact = if solver == "mps" { "particles.tolerance=1e-12" } else { "fluid.tol_div=1e-10" };
         let release = "grains.0.release=0.5 ms";
         let case = |more: &str| load(&text, &[&word, wide[0], wide[1], water, inside, exact, release, more]);
         let run = |name: &str, on: On, more: &str| {

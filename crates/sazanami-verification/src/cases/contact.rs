@@ -74,7 +74,7 @@ fn creep(degrees: Real, history: bool) -> Result<[Real; 2], String> {
     let weight = density * volume * g;
     let damping = 2.0 * 0.3 * (density * volume * 1e5).sqrt() / 4.0;
     let mut law = law(1e5, Damping::Literal { normal: damping, tangential: damping }, 0.6);
-    law.tangential_stiffness = if history { 1e5 } else { 1e-9 };
+    law.tangential_stiffness = if history { 1e5 } else { 1e-2 };
     let overlap = weight * cosine / 4.0 / law.normal_stiffness;
     // A second, fast one passes high above and makes the lists expire.
     let flying =
