@@ -70,11 +70,13 @@ impl VolumeCourse {
     #[must_use]
     pub fn keeps(&self, part: Real, span: Real) -> bool {
         let (&[begin, .., end], &[_, .., volume]) = (&self.times[..], &self.volumes[..]) else { return false };
-        // Round-off of times counts for nothing.
-        let since = end - span * (1.0 - 1e-9);
+        // An instant that long ago counts, whatever its round-off.
+        let since = end - span * (1.0 + 1e-9);
         let first = self.times.partition_point(|&time| time < since);
         let within = |v: &Real| (v - volume).abs() <= part * volume.abs();
-        begin <= since && self.times.len() - first >= LEAST_INSTANTS && self.volumes[first..].iter().all(within)
+        begin <= since + 2e-9 * span
+            && self.times.len() - first >= LEAST_INSTANTS
+            && self.volumes[first..].iter().all(within)
     }
 
     /// When the crater came to rest whose last volume is uncertain by `uncertainty` [m^3].
