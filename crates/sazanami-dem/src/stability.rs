@@ -4,7 +4,7 @@
 //! off the centre of mass also turns a grain: at its contact point a grain of mass `m` has the effective mass `m/l` with
 //! the leverage `l` of [`Body::leverage`], which is 1 along and 3.5 across the normal for a ball. A sub-step is a part of it
 //! chosen by the errors that impacts of the lightest grains have with it ([`crate::impact`]): the largest between the two of
-//! [`crate::ContactStart::substep_factors`] with at most [`USUAL_ERROR`], or the smaller; of those up to [`MOST_FACTOR`],
+//! [`crate::ContactStart::substep_factors`] with at most [`USUAL_ERROR`], or the smaller; of those up to 0.225,
 //! where the case allows an error.
 //!
 //! **The contacts of a body** add up: `N` spheres of a face that touch a plane at once have `N K` and `N D`. Places are half a
@@ -18,8 +18,8 @@
 //! (both roots of `z^2 - (2 - h c - h^2 k) z + 1 - h c` within the unit circle), and so does any set of contacts with `k` and
 //! `c` the largest eigenvalues of its stiffness and its damping over mass and inertia. Two bodies share the energy of a spring
 //! between them at most as `(a - b)^2 <= 2 a^2 + 2 b^2`: eigenvalues of one body after the other, contacts with bodies that
-//! move counted twice, bound those of all. A face on a plane takes [`OF_A_FACE`] of this limit at most, before it touches; the
-//! contacts that there are at the start of a step of a body with flat faces [`OF_ALL_CONTACTS`]. Rounded bodies, of which few
+//! move counted twice, bound those of all. A face on a plane takes a quarter of this limit at most, before it touches; the
+//! contacts that there are at the start of a step of a body with flat faces half of it. Rounded bodies, of which few
 //! spheres touch at once, are far below it in sub-steps that resolve each contact.
 //!
 //! **A liquid film** damps at the rate `D/m*`, `D` the coefficient of [`crate::Film`] at the roughness.

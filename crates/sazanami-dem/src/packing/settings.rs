@@ -154,7 +154,7 @@ impl PackingSettings {
     }
 
     /// Stiffness that keeps overlaps small while grains fall through `drop` \[m] onto a bed of `mass` \[kg] [N/m]: of impacts below
-    /// [`IMPACT`] of a contact sphere's radius, and of the weight above below [`RESTING`]. `grains` are mass \[kg], bounding radius
+    /// a fifth of a contact sphere's radius, and of the weight above below a twentieth. `grains` are mass \[kg], bounding radius
     /// and the radius of the smallest contact sphere \[m] of each kind.
     #[must_use]
     pub fn least_stiffness(&self, drop: Real, mass: Real, grains: impl IntoIterator<Item = [Real; 3]>) -> Real {
