@@ -17,14 +17,14 @@ case = sazanami.Case.template("shaken_tank")
 case.set(
     {
         "domain.lower": ["-20 mm", "0 mm", "0 mm"],
-        "domain.size": ["40 mm", "7 mm", "16 mm"],
-        "liquid.0.region.box": {"lower": ["-20 mm", "0 mm", "0 mm"], "upper": ["20 mm", "7 mm", "8 mm"]},
+        "domain.size": ["40 mm", "8 mm", "16 mm"],
+        "liquid.0.region.box": {"lower": ["-20 mm", "0 mm", "0 mm"], "upper": ["20 mm", "8 mm", "8 mm"]},
         "grains.0.placement.packed": {"level": "3 mm", "glued": "0.75 mm", "fall_gravity": 4.0},
         "frame.motion.amplitude": ["-3 mm", "0 mm", "0 mm"],
         "frame.motion.frequency": "5 Hz",
         "ripples.layer_thickness": "1.5 mm",
         "ripples.margin": "3 mm",
-        "probe.0.gauge": ["15 mm", "3.5 mm"],
+        "probe.0.gauge": ["15 mm", "4 mm"],
         "output": {
             "series": {"every": "0.01 s"},
             "fields": {"every": "0.1 s"},
