@@ -160,7 +160,7 @@ fn check_conjugate(cx: &mut Context<'_>, particles: &Particles) {
         cx.report
             .error_at(span, format!("`radius` is below {CONJUGATE_RADIUS}, the least of `projection = \"conjugate\"`"))
             .label(format!("with {} water on a lattice does not stay at rest", particles.radius))
-            .help(format!("write `radius = {CONJUGATE_RADIUS}`, or `projection = \"enhanced\"`"));
+            .help(format!("write `radius = {CONJUGATE_RADIUS}` or more, or leave it out"));
     }
 }
 

@@ -1,5 +1,9 @@
 //! Keys and words of earlier versions that no case can have any more, and what took their place.
 
+/// What is said of parts of the published scheme of moving particles.
+const OF_PUBLISHED: &str =
+    "the default, `projection = \"conjugate\"`, has none, and `\"enhanced\"` has it as published; leave the key out";
+
 /// Path of a key without positions in lists, the word that went (`None`: the key went), and what a case does instead; sorted
 /// by path and word.
 const REMOVED: &[(&str, Option<&str>, &str)] = &[
@@ -21,9 +25,9 @@ const REMOVED: &[(&str, Option<&str>, &str)] = &[
         None,
         "single spheres have the drag of Schiller and Naumann; for that of Dalla Valle choose `drag = \"di_felice\"`",
     ),
-    ("particles.compensation", None, "the source compensates errors with the factor 1 (ECS); leave the key out"),
-    ("particles.gradient", None, "the gradient of the pressure is corrected (GC); leave the key out"),
-    ("particles.laplacian", None, "the Laplacian is that of higher order (HL); leave the key out"),
+    ("particles.compensation", None, OF_PUBLISHED),
+    ("particles.gradient", None, OF_PUBLISHED),
+    ("particles.laplacian", None, OF_PUBLISHED),
     (
         "particles.reduced_pressure",
         None,
@@ -44,7 +48,7 @@ const REMOVED: &[(&str, Option<&str>, &str)] = &[
         None,
         "`projection = \"conjugate\"`, the default, shifts by the rate of strain; leave the key out",
     ),
-    ("particles.source", None, "the source is that of higher order (HS); leave the key out"),
+    ("particles.source", None, OF_PUBLISHED),
     (
         "particles.stabilisation",
         None,
@@ -55,8 +59,8 @@ const REMOVED: &[(&str, Option<&str>, &str)] = &[
         None,
         "`projection = \"enhanced\"` is stabilised as published, `conjugate` needs no stabilisation; leave the key out",
     ),
-    ("particles.surface_pressure", None, "predicted positions set the pressure at the surface; leave the key out"),
-    ("particles.surface_test", None, "number density and asymmetry tell a surface; leave the key out"),
+    ("particles.surface_pressure", None, OF_PUBLISHED),
+    ("particles.surface_test", None, OF_PUBLISHED),
     ("particles.weight", None, "the weight is Wendland's C2; leave the key out"),
 ];
 

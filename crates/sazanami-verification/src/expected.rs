@@ -220,6 +220,10 @@ impl Expected {
         if let Some(missing) = others.chain(&quantity.of).find(|name| !above.contains(name.as_str())) {
             return Err(format!("`{missing}` does not stand above it"));
         }
+        let is_itself = |other: &Other| matches!(other, Other::Taken(taken) if quantity.is(taken));
+        if [&quantity.over, &quantity.minus].into_iter().flatten().any(is_itself) {
+            return Err("it is compared with itself".into());
+        }
         if (value.function == Function::Order) != (quantity.of.len() > 1) {
             return Err("an order of convergence, and nothing else, is `of` two quantities or more".into());
         }
@@ -241,6 +245,14 @@ impl Quantity {
             _ => None,
         });
         self.run.as_deref().into_iter().chain(others)
+    }
+
+    /// Whether `taken` is what the quantity itself is taken of.
+    fn is(&self, taken: &Taken) -> bool {
+        (taken.value.is_none() || taken.value == self.value)
+            && (taken.run.is_none() || taken.run == self.run)
+            && (taken.from.is_none() || taken.from == self.from)
+            && (taken.when.is_none() || taken.when == self.when)
     }
 
     /// Whether it says how it is taken of the results.

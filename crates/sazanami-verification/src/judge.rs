@@ -138,6 +138,8 @@ fn verdict(expected: &Quantity, value: Option<Real>) -> Verdict {
     }
     let [low, high] = expected.band.unwrap_or([Real::INFINITY, Real::NEG_INFINITY]);
     match &expected.known_miss {
+        // An open band holds every number, and nothing that is none.
+        None if !value.is_finite() => Verdict::Miss,
         Some(_) if low <= value && value <= high => Verdict::Mended,
         // Between the band of the miss and that of the quantity a value is better than recorded.
         Some(miss) if miss.band[0] >= high && value > high && value <= miss.band[1] => Verdict::KnownMiss,

@@ -171,9 +171,11 @@ impl Finished {
         let course = self.course(from, columns, when)?;
         let Some(places) = self.line(from) else { return Ok(course) };
         let last = course.iter().map(|row| row[0]).fold(Real::NEG_INFINITY, Real::max);
-        let values = course.iter().filter(|row| row[0] == last).map(|row| row[1]);
-        let profile: Course = places.into_iter().zip(values).map(|(place, value)| [place, value]).collect();
-        Ok(profile)
+        let values: Vec<Real> = course.iter().filter(|row| row[0] == last).map(|row| row[1]).collect();
+        if values.len() != places.len() {
+            return Err(format!("{from} has values at {} of {} points at {last} s", values.len(), places.len()));
+        }
+        Ok(places.into_iter().zip(values).map(|(place, value)| [place, value]).collect())
     }
 
     /// Distances along the line of a probe from its first point \[m], if `from` is the table of one.
@@ -304,6 +306,8 @@ reference = "exact"
             ("of = [\"half: height\", \"height\"]", "of = [\"half: height\", \"width\"]"),
             ("name = \"half\"", "name = \"other\""),
             ("value = \"max(position_3)\"\nminus", "minus"),
+            ("over = { run = \"up\" }", "over = { run = \"half\" }"),
+            ("over = { value = \"first(velocity_3)\" }", "minus = { when = [0.0, 0.1] }"),
         ] {
             assert!(EXPECTED.contains(from), "{from}");
             assert!(Expected::parse(&EXPECTED.replacen(from, to, 1)).is_err(), "{to}");

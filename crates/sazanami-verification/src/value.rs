@@ -200,6 +200,9 @@ impl Function {
         }
         let kind = if self == Self::Shift { Self::Rms } else { self };
         let [shift, error] = best_shift(most, |shift| kind.of(&off(shift)).unwrap_or(Real::INFINITY));
+        if !error.is_finite() {
+            return Err(kind.of(&off(0.0)).err().unwrap_or_else(|| "no shift gives a finite distance".into()));
+        }
         Ok(if self == Self::Shift { shift } else { error })
     }
 }

@@ -13,6 +13,7 @@ mod populations;
 mod ranks;
 mod reached;
 mod report;
+mod substeps;
 mod tank_warnings;
 mod text;
 mod waves;
@@ -29,10 +30,7 @@ pub use bed_flow::{BedReport, PredictedReport};
 use cost::packing_time;
 pub(crate) use cost::{fall_of, packing_substeps};
 pub use disk::warn_of_disk;
-pub use limits::SubstepCause;
-pub(crate) use limits::{
-    Cause, Pace, impact_errors, longest_substep, speeds, stiffest_contact, stiffness, strongest_force, substep_cause,
-};
+pub(crate) use limits::{Cause, Pace, speeds, strongest_force};
 pub use memory::{check_memory, memory, warn_of_address_space};
 pub use model::CostModel;
 pub(crate) use overlapping::warn_of_overlap;
@@ -44,6 +42,8 @@ pub use ranks::{RanksReport, ranks};
 pub use report::{
     BumpReport, CheckReport, ErrorReport, ExchangeReport, ImpactReport, LimitReport, LiquidReport, PopulationReport,
 };
+pub use substeps::SubstepCause;
+pub(crate) use substeps::{impact_errors, longest_substep, stiffest_contact, stiffness, substep_cause};
 pub(crate) use tank_warnings::warn_of_tank;
 pub use text::explain;
 pub use waves::TankReport;

@@ -43,16 +43,27 @@ impl WholeRun {
         serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))
     }
 
-    /// Columns of one of its tables, by name.
+    /// Columns of one of its tables, by name; NaN where a cell is empty.
+    ///
+    /// # Errors
+    /// If there is no such table or column, or a cell holds what is no finite number.
     pub fn columns<const N: usize>(&self, table: &str, names: [&str; N]) -> Result<[Vec<Real>; N], String> {
         let path = self.folder.join(table);
         let table = Table::read(&path).map_err(|error| error.to_string())?;
         let table = table.ok_or_else(|| format!("there is no table {}", path.display()))?;
         let found = names.map(|name| table.column(name));
-        match found.iter().position(Vec::is_empty) {
-            Some(n) => Err(format!("{} has no column {}", path.display(), names[n])),
-            None => Ok(found),
+        if let Some(n) = found.iter().position(Vec::is_empty) {
+            return Err(format!("{} has no column {}", path.display(), names[n]));
         }
+        for (name, values) in names.iter().zip(&found) {
+            let words = table.words(name);
+            if let Some((word, _)) =
+                words.iter().zip(values).find(|(word, value)| !value.is_finite() && !word.is_empty())
+            {
+                return Err(format!("{} has `{word}` in column {name}", path.display()));
+            }
+        }
+        Ok(found)
     }
 }
 

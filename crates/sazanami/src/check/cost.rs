@@ -2,7 +2,7 @@
 
 use sazanami_numerics::Real;
 
-use super::limits::contact_step;
+use super::substeps::contact_step;
 use super::{CostModel, ParticlesReport, PopulationReport, Size};
 use crate::assembly::grains::{self, Fall, Kind, smallest_sphere};
 use crate::case::meaning::{Case, PackingStop};

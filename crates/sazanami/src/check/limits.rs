@@ -2,23 +2,21 @@
 
 use std::f64::consts::TAU;
 
-use sazanami_dem::Interactions;
 use sazanami_dem::impact::ImpactErrors;
-use sazanami_dem::stability::{EffectiveMasses, LongestSubstep};
 use sazanami_mics::stability::{Limit as GridLimit, Rates as GridRates};
 use sazanami_mics::viscosity::explicit_rate;
 use sazanami_mps::grains::{DragExchange, volume};
 use sazanami_mps::stability::{BODY_FORCE, DRAG, Limit as ParticleLimit, Rates as ParticleRates, VISCOUS};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
-use serde::Serialize;
 
 use super::reached;
+use super::substeps::{contact_step, impact_errors, of_step};
 use super::{LimitReport, PopulationReport, TankReport};
 use crate::assembly::{fluid, grains, particles};
 use crate::case::meaning::{
-    BoundarySide, BoxDomain, CarryingFlow, Case, GrainPlacement, LiquidRegion, Motion, PairContact, Particles, Peak,
-    Placement, Population, Region, Solver, Step, Substeps, TankMotion, ViscosityScheme,
+    BoundarySide, BoxDomain, CarryingFlow, Case, GrainPlacement, LiquidRegion, Particles, Peak, Placement, Population,
+    Region, Solver, Step, Substeps, TankMotion, ViscosityScheme,
 };
 use crate::clock::{Clock, OUTPUT, STEPS_OF_SWING, SWING, longest_in_swing};
 use crate::schedule::StepEnds;
@@ -113,11 +111,11 @@ impl Pace {
         let mean = until / to_end;
         let steps = to_end.min(case.run.steps.map_or(Real::INFINITY, |n| n as Real));
         limits.iter_mut().enumerate().for_each(|(n, limit)| limit.rules = n == ruling);
-        let substeps = substeps(case, populations, dt);
+        let substeps = of_step(case, populations, dt);
         let impact_errors = (substeps > 0)
             .then(|| impact_errors(case, populations, &grains::interactions(case), dt / substeps as Real))
             .flatten();
-        let mean_substeps = self::substeps(case, populations, mean);
+        let mean_substeps = of_step(case, populations, mean);
         Self { limits, dt, stable, mean, mean_substeps, passes, substeps, impact_errors, steps }
     }
 }
@@ -430,213 +428,12 @@ fn solid_fraction(placement: &GrainPlacement, d: Real, smoothing: Real) -> Real 
     }
 }
 
-/// Contacts of a population.
-fn contacts_of<'c>(case: &'c Case, population: &Population) -> impl Iterator<Item = &'c PairContact> {
-    let material = population.material.clone();
-    case.contacts.iter().filter(move |pair| pair.a == material || pair.b == material)
-}
-
-/// The larger stiffness of a contact, at most that between the largest grains [N/m].
-pub(crate) fn stiffness(case: &Case, pair: &PairContact) -> Real {
-    let radius = |population: &Population| 0.5 * population.shape.extent().unwrap_or(0.0) * population.size.largest();
-    let radius = case.grains.iter().map(radius).fold(0.0, Real::max);
-    let [normal, tangential] = pair.law.stiffness(radius);
-    normal.max(tangential)
-}
-
-/// The stiffest contact that grains of the case have.
-pub(crate) fn stiffest_contact(case: &Case) -> Option<&PairContact> {
-    let all = case.grains.iter().flat_map(|population| contacts_of(case, population));
-    all.max_by(|a, b| stiffness(case, a).total_cmp(&stiffness(case, b)))
-}
-
-/// Longest sub-step the contacts allow \[s], by the engine's own limit for the smallest and the largest grains of each
-/// population; `None` where no grain moves. The film of [`grains::wet_interactions`] may ask for shorter ones than the springs of
-/// [`grains::interactions`]; a bed is packed without it.
-pub(super) fn contact_step(case: &Case, populations: &[PopulationReport], interactions: &Interactions) -> Option<Real> {
-    Some(longest_substep(case, populations, interactions)?.shortest()).filter(|step| step.is_finite())
-}
-
-/// The same by cause.
-pub(crate) fn longest_substep(
-    case: &Case,
-    populations: &[PopulationReport],
-    interactions: &Interactions,
-) -> Option<LongestSubstep> {
-    Some(masses(case, populations, interactions)?.longest_substep())
-}
-
-/// Errors of impacts with sub-steps of `substep` \[s]; `None` where no grain moves.
-pub(crate) fn impact_errors(
-    case: &Case,
-    populations: &[PopulationReport],
-    interactions: &Interactions,
-    substep: Real,
-) -> Option<ImpactErrors> {
-    masses(case, populations, interactions)?.impact_errors(substep)
-}
-
-/// The smallest and the largest grains of each population that forces move.
-fn masses<'i>(
-    case: &Case,
-    populations: &[PopulationReport],
-    interactions: &'i Interactions,
-) -> Option<EffectiveMasses<'i>> {
-    let mut masses = EffectiveMasses::new(interactions);
-    for (population, report) in case.grains.iter().zip(populations) {
-        let Some(body) = report.body.as_ref().filter(|_| moves(population)) else { continue };
-        let density = case.material(&population.material)?.density;
-        let mass = population.mass_override.unwrap_or(density * body.volume);
-        for factor in [population.size.smallest(), population.size.largest()] {
-            masses.add(body, factor, mass * factor.powi(3), grains::material_number(case, &population.material));
-        }
-    }
-    Some(masses)
-}
-
-/// What asks for the shortest sub-steps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum SubstepCause {
-    /// The stiffest contact.
-    Contact,
-    /// A face that comes to rest on a plane with all its contact spheres.
-    Face,
-    /// The film between grains.
-    Film,
-}
-
-/// What asks for the shortest sub-steps.
-pub(crate) fn substep_cause(case: &Case, populations: &[PopulationReport]) -> SubstepCause {
-    let Some(longest) = longest_substep(case, populations, &grains::wet_interactions(case)) else {
-        return SubstepCause::Contact;
-    };
-    if longest.film < longest.contact.min(longest.face) {
-        SubstepCause::Film
-    } else if longest.face < longest.contact {
-        SubstepCause::Face
-    } else {
-        SubstepCause::Contact
-    }
-}
-
-/// Whether forces move a grain of the population.
-pub(super) fn moves(population: &Population) -> bool {
-    match &population.placement {
-        GrainPlacement::List(list) => list.iter().any(|grain| grain.motion == Motion::Free),
-        _ => population.motion == Motion::Free,
-    }
-}
-
-fn substeps(case: &Case, populations: &[PopulationReport], dt: Real) -> usize {
-    if case.grains.is_empty() {
-        return 0;
-    }
-    match case.dem.substeps {
-        Substeps::Fixed(n) => n,
-        Substeps::Auto => contact_step(case, populations, &grains::wet_interactions(case))
-            .map_or(1, |step| (dt / step).ceil() as usize)
-            .max(1),
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use std::path::{Path, PathBuf};
-
-    use sazanami_dem::{Engine, Grain, LinearSpringDashpot};
-    use sazanami_numerics::domain::Domain;
-    use sazanami_numerics::grid::Grid;
+    use std::path::Path;
 
     use super::super::population_reports;
     use super::*;
-    use crate::assembly::shapes::shape_of;
-
-    /// The contact sub-step that the engine finds for the smallest and the largest grain of each population \[s].
-    fn of_engine(case: &Case) -> Real {
-        let shapes: Vec<_> = case.grains.iter().map(|population| shape_of(population).unwrap()).collect();
-        let mut setup = grains::setup(case, &shapes);
-        // A box with room for all of them, side by side.
-        let widest = shapes.iter().map(sazanami_numerics::geometry::Shape::bounding_radius).fold(0.0, Real::max)
-            * case.grains.iter().map(|p| p.size.largest()).fold(0.0, Real::max);
-        let room = 4.0 * widest * (2 * shapes.len()) as Real;
-        (setup.walls, setup.region) = (Vec::new(), [Vector::ZERO, Vector::splat(room)]);
-        let mut all = Vec::new();
-        for (n, population) in case.grains.iter().enumerate() {
-            for factor in [population.size.smallest(), population.size.largest()] {
-                let at = 4.0 * widest * (all.len() as Real + 0.5);
-                let grain = grains::member(case, n, all.len(), factor);
-                let motion = if moves(population) { sazanami_dem::Motion::Free } else { grain.motion };
-                all.push(Grain { position: Vector::new(at, 0.5 * room, 0.5 * room), motion, ..grain });
-            }
-        }
-        let domain = Domain::solo(Grid::new([4; 3], Vector::ZERO, Vector::splat(room / 4.0)), [false; 3]);
-        Engine::new(&domain, setup, &all).unwrap().contact_time_step()
-    }
-
-    fn predicted(case: &Case) -> Real {
-        contact_step(case, &population_reports(case, &[]), &grains::wet_interactions(case)).unwrap_or(Real::INFINITY)
-    }
-
-    fn shipped() -> Vec<PathBuf> {
-        let mut folders = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases")];
-        let mut files = Vec::new();
-        while let Some(folder) = folders.pop() {
-            for entry in std::fs::read_dir(folder).unwrap() {
-                let path = entry.unwrap().path();
-                if path.is_dir() {
-                    folders.push(path);
-                } else if path.extension().is_some_and(|ext| ext == "toml") {
-                    files.push(path);
-                }
-            }
-        }
-        files
-    }
-
-    #[test]
-    fn check_predicts_the_contact_step_of_the_engine_for_every_shipped_case() {
-        let mut compared = 0;
-        for path in shipped() {
-            let Ok(loaded) = crate::case::load(&path, &[]) else { continue };
-            if loaded.case.grains.is_empty() {
-                continue;
-            }
-            let (expected, found) = (predicted(&loaded.case), of_engine(&loaded.case));
-            assert!(
-                expected == found || (expected / found - 1.0).abs() < 1e-12,
-                "{}: {expected} s, not {found} s",
-                path.display()
-            );
-            compared += 1;
-        }
-        assert!(compared >= 10, "{compared}");
-    }
-
-    #[test]
-    fn check_predicts_the_contact_step_of_random_grains() {
-        let mut state = 2015_u64;
-        let mut random = move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as Real / (1_u64 << 53) as Real
-        };
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/both/settling-sphere.toml");
-        for _ in 0..12 {
-            let mut case = crate::case::load(&path, &[]).unwrap().case;
-            case.contacts.iter_mut().for_each(|pair| {
-                let normal_stiffness = 10.0_f64.powf(2.0 + 4.0 * random());
-                let tangential_stiffness = normal_stiffness * (0.1 + random());
-                let law = LinearSpringDashpot::SAND;
-                pair.law = LinearSpringDashpot { normal_stiffness, tangential_stiffness, ..law }.into();
-            });
-            case.materials.iter_mut().for_each(|material| material.density = 1100.0 + 6000.0 * random());
-            let (expected, found) = (predicted(&case), of_engine(&case));
-            assert!((expected / found - 1.0).abs() < 1e-12, "{expected} s, not {found} s");
-            // Negative control: half the mass has another sub-step.
-            case.materials.iter_mut().for_each(|material| material.density *= 0.5);
-            assert!((predicted(&case) / found - 1.0).abs() > 0.2);
-        }
-    }
 
     #[test]
     fn falling_bodies_shorten_the_step_that_is_reached() {

@@ -3,7 +3,7 @@
 use sazanami_dem::{Body, Bumps};
 use sazanami_numerics::Real;
 
-use super::limits::moves;
+use super::substeps::moves;
 use super::{BumpReport, PopulationReport, particles};
 use crate::assembly::shapes::shape_of;
 use crate::case::meaning::{Case, ContactSphereChoice, Exchange, Population, Solver};

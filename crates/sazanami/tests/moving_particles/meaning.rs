@@ -42,7 +42,7 @@ fn the_projection_suits_the_case_and_the_radius_the_projection() {
     }
     let narrow = case::parse(Path::new("dam.toml"), dam, &["particles.radius=2.1".to_owned()]);
     let message = narrow.expect_err("too narrow").to_string();
-    assert!(message.contains("is below 2.6") && message.contains("`projection = \"enhanced\"`"), "{message}");
+    assert!(message.contains("is below 2.6") && message.contains("`radius = 2.6` or more"), "{message}");
 }
 
 #[test]

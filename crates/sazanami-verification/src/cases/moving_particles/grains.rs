@@ -38,7 +38,7 @@ fn bed_rows(name: &str, found: &RestingBed) -> Vec<Measured> {
 
 /// A bed at rest, level and under a tilted surface.
 pub fn resting_bed() -> Result<Vec<Measured>, String> {
-    let scheme = Scheme::published();
+    let scheme = Scheme::default();
     let level = experiments::resting_bed(scheme, [10, 8], [10.0, 5.0], 0.0, 5.0).map_err(said)?;
     let tilted = experiments::resting_bed(scheme, [10, 8], [10.0, 5.0], 0.161, 1.0).map_err(said)?;
     let mut rows = bed_rows("level", &level);
@@ -53,7 +53,7 @@ pub fn resting_bed() -> Result<Vec<Measured>, String> {
 
 /// The submerged angle of repose.
 pub fn repose() -> Result<Vec<Measured>, String> {
-    let found = experiments::repose(Scheme::published(), [40, 8], 10.0, 2.0).map_err(said)?;
+    let found = experiments::repose(Scheme::default(), [40, 8], 10.0, 2.0).map_err(said)?;
     Ok(vec![
         Measured::new("angle at which the bed begins to slide, degrees", found.start),
         Measured::new("angle at which it lies still again, degrees", found.stop),
@@ -67,7 +67,7 @@ pub fn repose() -> Result<Vec<Measured>, String> {
 pub fn bed_load() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for shields in [0.1, 0.2, 0.4, 0.8] {
-        let found = experiments::bed_load(Scheme::published(), shields, 0.8).map_err(said)?;
+        let found = experiments::bed_load(Scheme::default(), shields, 0.8).map_err(said)?;
         let name = format!("log law {shields}");
         let over = found.shields / found.shields_by_log_law;
         rows.push(Measured::new(format!("{name}: Shields number of the driving force"), found.shields));
@@ -81,7 +81,7 @@ pub fn bed_load() -> Result<Vec<Measured>, String> {
             rows.push(Measured::new(format!("{name}: load of the second half over the first"), change));
         }
     }
-    let slow = experiments::bed_load(Scheme::published(), 0.01, 0.4).map_err(said)?;
+    let slow = experiments::bed_load(Scheme::default(), 0.01, 0.4).map_err(said)?;
     rows.push(Measured::new("control: load far below the threshold", slow.load.abs()));
     Ok(rows)
 }
@@ -109,7 +109,7 @@ pub fn settling_grain() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for spacing in [1.0, 1.5, 2.0] {
         let found =
-            experiments::falling_grain(Scheme::published(), spacing, experiments::GRAIN_DENSITY, 0.15).map_err(said)?;
+            experiments::falling_grain(Scheme::default(), spacing, experiments::GRAIN_DENSITY, 0.15).map_err(said)?;
         let name = format!("l0/d {spacing}");
         rows.push(Measured::new(format!("{name}: speed after 0.15 s"), found.speed * found.expected));
         rows.push(Measured::new(format!("{name}: rms difference from one-way coupling"), found.history));
@@ -118,7 +118,7 @@ pub fn settling_grain() -> Result<Vec<Measured>, String> {
         rows.push(Measured::new(format!("control, {name}: sum of drag with shares over n0"), by_density));
     }
     let heavier =
-        experiments::falling_grain(Scheme::published(), 1.5, 1.1 * experiments::GRAIN_DENSITY, 0.15).map_err(said)?;
+        experiments::falling_grain(Scheme::default(), 1.5, 1.1 * experiments::GRAIN_DENSITY, 0.15).map_err(said)?;
     rows.push(Measured::new("control, l0/d 1.5: speed of a grain a tenth heavier, over", heavier.speed));
     Ok(rows)
 }
@@ -127,7 +127,7 @@ pub fn settling_grain() -> Result<Vec<Measured>, String> {
 pub fn packed_bed() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for (eps, force) in [(0.36, 0.8), (0.40, 0.1), (0.40, 0.8), (0.40, 3.0), (0.50, 0.8)] {
-        let found = experiments::seepage(Scheme::published(), eps, force, 0.2).map_err(said)?;
+        let found = experiments::seepage(Scheme::default(), eps, force, 0.2).map_err(said)?;
         let name = format!("eps {eps}, {:.0} Pa/m", found.gradient);
         let void = Measured::new(format!("{name}: void fraction of the fluid"), found.void_fraction);
         rows.push(void);
@@ -146,7 +146,7 @@ pub fn packed_bed() -> Result<Vec<Measured>, String> {
 
 /// Water alone.
 pub fn frames() -> Result<Vec<Measured>, String> {
-    let [found, chance] = experiments::frames(Scheme::published(), 5, 1.0).map_err(said)?;
+    let [found, chance] = experiments::frames(Scheme::default(), 5, 1.0).map_err(said)?;
     let row = |name: &str, value: Real| Measured::new(name, value);
     Ok(vec![
         row("rms difference of the mean velocities of columns until 0.25 s", found.early),
@@ -165,7 +165,7 @@ pub fn frames() -> Result<Vec<Measured>, String> {
 
 /// A swinging tank with a bed, in the frame of the tank and in that of the laboratory.
 pub fn frames_with_bed() -> Result<Vec<Measured>, String> {
-    let [found, chance] = experiments::frames_with_bed(Scheme::published(), 120, 0.5).map_err(said)?;
+    let [found, chance] = experiments::frames_with_bed(Scheme::default(), 120, 0.5).map_err(said)?;
     let row = |name: &str, value: Real| Measured::new(name, value.abs());
     Ok(vec![
         row("relief of the bed after 0.5 s", found.bed_relief),

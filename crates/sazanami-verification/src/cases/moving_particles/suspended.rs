@@ -44,7 +44,7 @@ fn rows_of_lifted(name: &str, found: &FluidisedBed) -> Vec<Measured> {
 /// Flow upwards through fixed grains, and a bed of free ones in it.
 pub fn fluidised_bed() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
-    let scheme = Scheme::published();
+    let scheme = Scheme::default();
     for (eps, flux) in [(0.40, 0.001), (0.40, 0.01), (0.45, 0.01), (0.60, 0.03)] {
         let found = experiments::upward_flow(scheme, eps, flux, 0.16).map_err(said)?;
         rows.extend(rows_by_ergun(&format!("fixed, eps {eps:.2}, {:.0} mm/s", 1e3 * flux), &found));
@@ -84,7 +84,7 @@ pub fn hindered_settling() -> Result<Vec<Measured>, String> {
     let lone = experiments::settling_speed(1.0);
     for fraction in [0.05, 0.1, 0.2, 0.3] {
         for seed in [1, 2] {
-            let found = experiments::hindered_settling(Scheme::published(), fraction, seed, 0.8).map_err(said)?;
+            let found = experiments::hindered_settling(Scheme::default(), fraction, seed, 0.8).map_err(said)?;
             let name = format!("solid fraction {fraction}, seed {seed}");
             rows.push(Measured::new(format!("{name}: speed"), found.speed));
             rows.push(Measured::new(format!("{name}: over the drag law's"), found.speed / found.by_drag()));

@@ -65,7 +65,7 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<ParticleObserver>] = quantiti
         => |row| of_step(row, |step| step.strain[1]);
     "surface_particles", "", "particles at the surface" => |row| of_step(row, |step| step.surface);
     "splash_particles", "", "isolated particles" => |row| of_step(row, |step| step.isolated);
-    "uncorrected_gradients", "", "particles whose neighbourhood is too thin for the corrected pressure gradient (GC); a few in spray"
+    "uncorrected_gradients", "", "with the published scheme alone: particles whose neighbourhood is too thin for the corrected pressure gradient (GC); a few in spray"
         => |row| of_step(row, |step| step.uncorrected_gradients);
     "tensile_cutoffs", "", "wall particles at a film of water whose tension was cut off; tens as a rule"
         => |row| of_step(row, |step| step.tensile_cutoffs);
@@ -73,7 +73,7 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<ParticleObserver>] = quantiti
         => |row| of_step(row, |step| step.pressure.cut_coefficients);
     "limited_rows", "", "particles beside the surface whose support beyond it is taken as half a neighbourhood; some in spray"
         => |row| of_step(row, |step| step.pressure.limited_rows);
-    "stabilised_pairs", "", "pairs that the dynamic stabilisation (DS) pushes apart; 0.7 to 0.9 of the number of fluid particles"
+    "stabilised_pairs", "", "with the published scheme alone: pairs that the dynamic stabilisation (DS) pushes apart; 0.7 to 0.9 of the number of fluid particles"
         => |row| of_step(row, |step| step.stabilised_pairs);
     "stabilisation_work", "J", "work of these pushes (negative: taken from the water)"
         => |row| of_step(row, |step| step.stabilisation_work);
