@@ -3,6 +3,7 @@
 use crate::support::{Case, GRAVITY, OPEN_TOP, PERIODIC, SPACING, WALLS, under};
 use sazanami_dem::Grain;
 use sazanami_mps::boundary::WallFriction;
+use sazanami_mps::scheme::Scheme;
 use sazanami_numerics::{Real, Vector};
 
 /// Momentum gained by the fluid, impulse of the walls, and impulse of body force and grains, over the impulse of gravity.
@@ -29,7 +30,8 @@ pub fn balance(case: &Case, body_force: Vector, [from, until]: [Real; 2]) -> [Ve
 
 #[test]
 fn the_floor_carries_still_water_except_half_a_layer() {
-    let case = Case::filled([20, 7, 25], [20, 7, 20], [WALLS, PERIODIC, OPEN_TOP]);
+    let case =
+        Case { scheme: Scheme::published(), ..Case::filled([20, 7, 25], [20, 7, 20], [WALLS, PERIODIC, OPEN_TOP]) };
     let [gained, walls, others] = balance(&case, GRAVITY, [0.0, 0.02]);
     // The pressure vanishes in the middle of the top layer.
     let residual = gained - walls - others;
@@ -41,7 +43,8 @@ fn the_floor_carries_still_water_except_half_a_layer() {
 #[test]
 fn end_walls_hold_water_on_a_slope() {
     let (tilt, layers) = (4.0 / 9.81, 12.0);
-    let mut case = Case::filled([24, 7, 24], [24, 7, 20], [WALLS, PERIODIC, OPEN_TOP]);
+    let mut case =
+        Case { scheme: Scheme::published(), ..Case::filled([24, 7, 24], [24, 7, 20], [WALLS, PERIODIC, OPEN_TOP]) };
     case.fluid.retain(|p| p.position.z / SPACING < layers + tilt * (p.position.x / SPACING - 12.0));
     let [gained, walls, others] = balance(&case, GRAVITY + Vector::new(4.0, 0.0, 0.0), [0.0, 0.05]);
     // The depth that the walls feel is half a layer short at both ends.
@@ -68,7 +71,8 @@ fn only_no_slip_walls_exert_friction() {
 
 #[test]
 fn drag_and_pressure_of_falling_grains_close_the_budget() {
-    let mut case = Case::filled([12, 8, 24], [12, 8, 20], [WALLS, PERIODIC, OPEN_TOP]);
+    let mut case =
+        Case { scheme: Scheme::published(), ..Case::filled([12, 8, 24], [12, 8, 20], [WALLS, PERIODIC, OPEN_TOP]) };
     let places = (0..11 * 7 * 4).map(|id: u64| {
         let at = |n: u64, step: Real| (n as Real + 0.5) * step;
         (id, SPACING * Vector::new(at(id % 11, 12.0 / 11.0), at(id / 11 % 7, 8.0 / 7.0), 6.0 + at(id / 77, 1.5)))
@@ -83,7 +87,8 @@ fn drag_and_pressure_of_falling_grains_close_the_budget() {
 
 #[test]
 fn a_particle_put_back_into_the_box_has_lost_what_is_booked() {
-    let mut case = Case::filled([10, 8, 12], [1, 1, 1], [WALLS, PERIODIC, OPEN_TOP]);
+    let mut case =
+        Case { scheme: Scheme::published(), ..Case::filled([10, 8, 12], [1, 1, 1], [WALLS, PERIODIC, OPEN_TOP]) };
     case.viscosity = 0.0;
     let lost = |case: &Case| {
         let mut solver = case.solo();

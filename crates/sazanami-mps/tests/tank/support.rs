@@ -48,7 +48,7 @@ impl Case {
         Self {
             size,
             sides,
-            scheme: Scheme::published(),
+            scheme: Scheme::default(),
             tolerance: Tolerance::default(),
             limits: StepLimits { longest: 5e-4, ..StepLimits::default() },
             friction: WallFriction::NoSlip,

@@ -18,7 +18,7 @@ use super::vessel::{
 };
 
 /// Extent across, thickness of the bed and height of the box, in diameters.
-const ACROSS: usize = 7;
+const ACROSS: usize = 8;
 const LAYERS: Real = 12.0;
 const HEIGHT: usize = 20;
 /// Height below which grains are fixed: a sieve as thick as void fractions are smoothed, in diameters.
