@@ -28,8 +28,8 @@ pub(super) struct SurfaceState {
     /// Slope of the impulse over its estimate in the last joint step ([`super::joint`]); zero: not known.
     pub slope: Real,
     /// Between steps the mean acceleration in the last step [m/s^2]; while the grain moves its velocity before [m/s]. Where
-    /// velocities are unknowns ([`super::joint`]) the acceleration by all but gravity, viscosity, friction and projection, and the velocity
-    /// without it.
+    /// velocities are unknowns ([`super::joint`]) the acceleration by all but gravity, transport, viscosity, friction and projection, and the
+    /// velocity without it.
     pub motion: [Real; 3],
     /// The same of its rotation [rad/s^2, rad/s].
     pub rotation: [Real; 3],
@@ -73,12 +73,12 @@ impl GrainPhase {
         self.sum_velocities(domain, |_, _| [Vector::ZERO; 2]);
         self.surface.place(domain, &mut self.imprint, &self.motion, flow);
         self.joint.on = self.joins(domain, flow);
-        self.begin_joint();
         self.surface.hold(domain, &mut flow.velocity);
         if self.coupling.room == LiquidRoom::Whole {
             self.sum_covered(domain, flow);
             std::mem::swap(&mut self.partial, &mut self.before);
         }
+        self.begin_joint();
         if self.joint.on {
             // What they have at its end is found in the viscous step.
             return;
