@@ -56,6 +56,14 @@ const LIGHT: Real = 0.5;
 /// Round-off of the liquid in a cell.
 const ROUND_OFF: Real = 1e-15;
 
+/// Velocity of a covered cell whose density changes from that of the transport, with the velocity `u`, to that of the liquid in its room:
+/// what the covered part gains of mass moves with the grains, whose mean velocity is `solid` over `alpha` [m/s].
+#[inline]
+fn beside_grains(u: Real, densities: [Real; 2], solid: Real, alpha: Real) -> Real {
+    let [before, after] = densities;
+    if after > before { u + (1.0 - before / after) * (solid / alpha - u) } else { u }
+}
+
 /// Fraction and excess of the liquid `l` in the room `v`, both in cell volumes; `beside` is the fraction where there is no room.
 fn split(l: Real, v: Real, beside: Real) -> [Real; 2] {
     let bounded = if v.abs() > NONE { l / v } else { beside }.clamp(0.0, 1.0);
@@ -275,6 +283,7 @@ impl Room {
         let per_width = domain.grid().spacing.recip() * dt;
         let Flow { volume_fraction, velocity, face_velocity, fluids, .. } = flow;
         let (alpha, faces) = (imprint.solid_fraction.data(), face_velocity.each_ref().map(Field::data));
+        let solid = imprint.solid_velocity.each_ref().map(Field::data);
         let (before, drho) = (fraction.data(), fluids.liquid_density - fluids.gas_density);
         let kept = kept.each_ref().map(Field::data);
         let [u1, u2, u3] = velocity.each_mut().map(Field::data_mut);
@@ -295,14 +304,20 @@ impl Room {
                 let liquid = open[i] * was + (c[i] - was) - full * dilatation;
                 let covered = (1.0 - open[i]) * fluids.density(was) + dilatation * fluids.density(full);
                 open[i] -= dilatation;
+                let swept = fluids.density(c[i].clamp(0.0, 1.0));
                 [c[i], excess[i]] = split(liquid, open[i], c[i]);
+                let densities = [swept, fluids.density(c[i])];
                 let mass = open[i] * fluids.density(c[i]) + drho * excess[i];
                 let is_light = mass <= LIGHT * covered.abs();
                 for (d, (u, given)) in
                     [(&mut *u1, &mut *g1), (&mut *u2, &mut *g2), (&mut *u3, &mut *g3)].into_iter().enumerate()
                 {
                     let left = covered * (u[i] - kept[d][at]);
-                    if alpha[at] > 0.0 || is_light {
+                    if alpha[at] > 0.0 {
+                        let now = beside_grains(u[i], densities, solid[d][at], alpha[at]);
+                        given[i] += left + mass * (u[i] - now);
+                        u[i] = now;
+                    } else if is_light {
                         given[i] += left;
                     } else {
                         u[i] += left / mass;
@@ -317,7 +332,7 @@ impl Room {
         report
     }
 
-    /// Gives the fluid the room that the grains leave it in their new places.
+    /// Gives the fluid the room that the grains leave it in their new places, where they have the velocity in `imprint`.
     pub fn refit(
         &mut self,
         domain: &Domain,
@@ -329,6 +344,7 @@ impl Room {
         let Flow { volume_fraction, velocity, fluids, .. } = flow;
         let drho = fluids.liquid_density - fluids.gas_density;
         let alpha = imprint.solid_fraction.data();
+        let moving = imprint.solid_velocity.each_ref().map(Field::data);
         let [u1, u2, u3] = velocity.each_mut().map(Field::data_mut);
         let [g1, g2, g3] = given.each_mut().map(Field::data_mut);
         let fields = (volume_fraction.data_mut(), open.data_mut(), excess.data_mut(), (u1, u2, u3), (g1, g2, g3));
@@ -342,14 +358,18 @@ impl Room {
                 if now == open[i] {
                     continue;
                 }
-                let (liquid, before) = (open[i] * c[i], open[i] * fluids.density(c[i]));
+                let (liquid, density) = (open[i] * c[i], fluids.density(c[i]));
+                let before = open[i] * density;
                 // Without gas for the difference it is the room that differs.
                 [c[i], excess[i]] = if c[i] > FULL - TRACE { [FULL, liquid - now] } else { split(liquid, now, c[i]) };
                 open[i] = now;
                 let after = now * fluids.density(c[i]) + drho * excess[i];
-                for (u, given) in [(&mut *u1, &mut *g1), (u2, g2), (u3, g3)] {
+                let densities = [density, fluids.density(c[i])];
+                for (d, (u, given)) in [(&mut *u1, &mut *g1), (u2, g2), (u3, g3)].into_iter().enumerate() {
                     if alpha[at] > 0.0 {
-                        given[i] += (before - after) * u[i];
+                        let now = beside_grains(u[i], densities, moving[d][at], alpha[at]);
+                        given[i] += before * u[i] - after * now;
+                        u[i] = now;
                     } else {
                         u[i] *= before / after;
                     }

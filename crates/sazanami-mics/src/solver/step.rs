@@ -46,7 +46,7 @@ impl Solver {
         watch(Phase::Coupling);
         report.imprint = grains.imprint(domain);
         if let Some(room) = room.as_mut() {
-            report.transport.settled += room.refit(domain, boundary, grains.covered_mut(), flow);
+            report.transport.settled += room.refit(domain, boundary, grains.moved(domain), flow);
         }
         report.impulses += grains.exchange(domain, flow, room.as_mut(), gravity, dt);
         report.book_sides();

@@ -13,7 +13,7 @@ use sazanami_numerics::grid::{Field, GHOSTS};
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
-use super::{FULL, LIGHT, Room, split};
+use super::{FULL, LIGHT, Room, beside_grains, split};
 use crate::boundary::Boundary;
 use crate::flow::Flow;
 use crate::fluids::Fluids;
@@ -98,6 +98,8 @@ struct Cells<'a> {
     excess: &'a [Real],
     weights: &'a [Real],
     velocity: [&'a [Real]; 3],
+    /// Sum of the solid fractions times the velocities of the grains [m/s].
+    solid: [&'a [Real]; 3],
     faces: [&'a [Real]; 3],
     strides: [usize; 3],
     /// Time over the widths of the cells [s/m].
@@ -169,7 +171,15 @@ impl Cells<'_> {
         let (whole, is_covered) = (self.fluids.density(fraction), self.alpha[at] > 0.0);
         let is_light = mass < LIGHT * whole.max(carried);
         // With what carries the impulse: gas alone would be faster than the liquid that passes through it.
-        let gained = impulse / if is_covered || is_light { whole + carried } else { mass };
+        let gained = if is_covered {
+            let densities = [self.fluids.density(c), whole];
+            let moving = Vector::from_array([0, 1, 2].map(|d| {
+                beside_grains(u[d], densities, self.solid[d][at], self.alpha[at]) - u[d]
+            }));
+            (impulse + whole * moving) / (whole + carried)
+        } else {
+            impulse / if is_light { whole + carried } else { mass }
+        };
         let given = if is_covered || is_light { impulse - mass * gained } else { Vector::ZERO };
         Some(Change { at, fraction, excess, velocity: u + gained, given })
     }
@@ -233,6 +243,7 @@ impl Room {
             excess: x,
             weights: &[],
             velocity: flow.velocity.each_ref().map(Field::data),
+            solid: imprint.solid_velocity.each_ref().map(Field::data),
             faces: flow.face_velocity.each_ref().map(Field::data),
             strides: domain.strides().map(|stride| stride as usize),
             per_width: domain.grid().spacing.recip() * dt.unwrap_or_default(),
@@ -386,6 +397,7 @@ mod tests {
                 excess: &excess,
                 weights: &zero,
                 velocity: [&[0.0, 2.0], &zero, &zero],
+                solid: [&zero; 3],
                 faces: [&zero; 3],
                 strides: [1, 2, 2],
                 per_width: Vector::ZERO,
