@@ -102,6 +102,27 @@ impl Acceleration {
         }
     }
 
+    /// Beside surfaces of grains, where the transport has changed the `density`, keeps the smaller of the two accelerations that `pressure`
+    /// gives a fluid of this density and of that before: what has come to a face does not leap away with what was light there.
+    pub fn carry(&mut self, domain: &Domain, pressure: &Field<Real>, density: &Field<Real>, gravity: Vector) {
+        if self.beside.is_none() {
+            return;
+        }
+        let (p, rho) = (pressure.data(), density.data());
+        for (d, faces) in self.faces.iter_mut().flatten().enumerate() {
+            let (behind, per_width) = (domain.strides()[d] as usize, 2.0 / self.spacing[d]);
+            domain.for_each_row(&domain.faces(d), faces.data_mut(), |row, faces| {
+                for (face, at) in faces.iter_mut().zip(row.shifted(0)) {
+                    let below = at - behind;
+                    let by_pressure = per_width * (p[at] - p[below]) / (rho[at] + rho[below]);
+                    if by_pressure.abs() < (gravity[d] - *face).abs() {
+                        *face = gravity[d] - by_pressure;
+                    }
+                }
+            });
+        }
+    }
+
     /// Adds `time(at)` \[s] times the acceleration to the velocity of the cells.
     pub fn add(&self, domain: &Domain, velocity: &mut [Field<Real>; 3], time: impl Fn(usize) -> Real + Sync) {
         for (d, (u, faces)) in velocity.iter_mut().zip(self.kept()).enumerate() {
@@ -112,8 +133,8 @@ impl Acceleration {
         }
     }
 
-    /// The acceleration on the faces.
-    fn kept(&self) -> &[Field<Real>; 3] {
+    /// The acceleration on the faces [m/s^2].
+    pub fn kept(&self) -> &[Field<Real>; 3] {
         self.faces.as_ref().expect("it was kept at the start of the pass")
     }
 

@@ -17,7 +17,7 @@
 //! equation: Ng, Min and Gibou, J. Comput. Phys. 228 (2009) 8807; a rigid body in it: Batty, Bertails and Bridson,
 //! ACM Trans. Graph. 26 (2007) 100.
 
-use sazanami_numerics::Real;
+use sazanami_numerics::{Real, Vector};
 use sazanami_numerics::domain::{Domain, Row};
 use sazanami_numerics::grid::Field;
 use sazanami_parallel::for_each_chunk;
@@ -92,6 +92,9 @@ pub(crate) struct Closing<'a> {
     pub density: &'a [Real],
     /// Sum of `alpha_k` times the velocity expected of the grain at the end of the step [m/s].
     pub velocity: [&'a [Real]; 3],
+    /// The acceleration on the faces that the velocities of grains have already felt, and gravity in it [m/s^2]; else it is that of the
+    /// last pressure.
+    pub before: Option<(&'a [Field<Real>; 3], Vector)>,
     /// Part of an acceleration that friction leaves within the step, if the projection counts it.
     pub response: Option<&'a [Real]>,
     /// Whether the grains take the fluid that friction binds along.
@@ -142,7 +145,7 @@ impl Mobility {
         flow: &mut Flow,
         dt: Real,
     ) {
-        let Closing { fraction: alpha, density: solid, velocity, response, binding, rows: covered, shared, cut } =
+        let Closing { fraction: alpha, density: solid, velocity, before, response, binding, rows: covered, shared, cut } =
             closing;
         let cut = cut.filter(|_| shared.is_some());
         let [_, n2, n3] = domain.cells();
@@ -193,7 +196,11 @@ impl Mobility {
                     let response =
                         response.map_or(1.0, |b| (b[at - behind] * rho[at - behind] + b[at] * rho[at]) / mass);
                     let bound = if binding { closed + (1.0 - closed) * (1.0 - response) } else { closed };
-                    uf[i] += held + bound * scale * lightness * (p[at] - p[at - behind]);
+                    let felt = match before {
+                        Some((faces, gravity)) => 0.5 * mass * dt * (gravity[d] - faces[d].data()[at]),
+                        None => scale * (p[at] - p[at - behind]),
+                    };
+                    uf[i] += held + bound * lightness * felt;
                     mobility[i] = (1.0 - closed) * response + bound * lightness * 0.5 * mass;
                 }
             });

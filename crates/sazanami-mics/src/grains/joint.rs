@@ -75,6 +75,8 @@ pub(super) struct Joint {
     owed: Vec<[Real; 7]>,
     /// Velocity before the viscous step [m/s].
     kept: Option<[Field<Real>; 3]>,
+    tt: Vec<[Real; 7]>,
+    rr: Vec<[Real; 3]>,
     pub density: Vec<[Real; 1]>,
 }
 
@@ -181,6 +183,9 @@ impl GrainPhase {
         let mut held = std::mem::take(&mut self.joint.held);
         self.sum_held(domain, flow, None, &mut held);
         self.share_out(domain, room, false);
+        self.joint.tt = self.partial.clone();
+        self.joint.rr = (0..self.engine.grains().owned()).map(|n| self.surface_state(n).motion).collect();
+        if super::sw("s1t") { self.joint.held = held; return; }
         for (held, (now, before)) in held.iter_mut().zip(self.partial.iter().zip(&self.joint.owed)) {
             (0..6).for_each(|d| held[d] -= now[d] - before[d]);
         }
@@ -306,7 +311,8 @@ impl GrainPhase {
                     continue;
                 }
                 let state = self.surface_state(n);
-                let [rest, turn] = [state.motion, state.rotation].map(Vector::from_array);
+                let [mut rest, mut turn] = [state.motion, state.rotation].map(Vector::from_array);
+                if super::sw("s1a") { rest = Vector::ZERO; turn = Vector::ZERO; }
                 let ([held, holding], [now, turning]) = (super::vectors(&joint.held[n]), super::vectors(&joint.now[n]));
                 let ([v, spin], [w, spinning]) = (two(&joint.start[n]), two(&joint.velocity[n]));
                 let mass = grains.mass[n];
@@ -484,6 +490,9 @@ impl GrainPhase {
         joint.now = std::mem::replace(&mut joint.held, now);
     }
 
+    pub(super) fn joint_gained(&self, n: usize) -> [Vector; 2] { two(&self.joint.gained[n]) }
+    pub(super) fn joint_t(&self, n: usize) -> Vector { Vector::from_slice(&self.joint.tt[n][..3]) }
+    pub(super) fn joint_rest(&self, n: usize) -> Vector { Vector::from_slice(&self.joint.rr[n][..3]) }
     /// Velocity and spin of an owned grain after a step of `dt` \[s] that gravity, transport, viscosity, friction and projection alone give it
     /// [m/s, rad/s]; those that it has where they are no unknowns.
     pub(super) fn without_rest(&self, n: usize, gravity: Vector, dt: Real) -> [[Real; 3]; 2] {

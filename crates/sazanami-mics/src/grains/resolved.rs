@@ -102,6 +102,7 @@ impl GrainPhase {
             fraction: solid_fraction.data(),
             density: solid_density.data(),
             velocity: solid_velocity.each_ref().map(Field::data),
+            before: None,
             response: None,
             binding: self.joint.on,
             rows: &self.surface.covered,
@@ -237,6 +238,24 @@ impl GrainPhase {
             Motion::Free => [0.0; 3],
             _ => (Vector::ZERO - impulses[n][0]).to_array(),
         });
+        let old: Vec<[Vector; 2]> = (0..self.engine.grains().owned()).map(|n| { let g = self.engine.grains(); [g.velocity[n], g.angular_velocity(n)] }).collect();
+        if super::sw("dbg") && self.joint.on {
+            let g = self.engine.grains();
+            let of = |n: usize| {
+                let st = self.surface_state(n);
+                let [gl, _] = self.joint_gained(n);
+                let m = g.mass[n];
+                let total = self.force[n] * dt;
+                let start = Vector::from_array(st.motion) - gl / m;
+                let contact = g.velocity[n] - start - total / m;
+                [contact, (total - gl) / m, impulses[n][0] / m, gl / m, Vector::from_slice(&self.joint.velocity[n][..3]), g.velocity[n], self.joint_t(n) / m, self.joint_rest(n)*dt]
+            };
+            let worst = (0..g.owned()).max_by(|&a, &b| { let z = |n: usize| { let [c, mm, r, ..] = of(n); (c + mm + r).length() }; z(a).total_cmp(&z(b)) }).unwrap();
+            let worst = std::env::var("GRAIN").ok().map_or(worst, |v| v.parse().unwrap());
+            let f = |v: Vector| format!("({:.4} {:.4} {:.4})", v.x, v.y, v.z);
+            let [c, mm, r, gl, w, v, t, cc] = of(worst);
+            println!("   {worst}: contact {} mismatch {} receive {} gained {} of it transport {} w {} v {} c.dt {}", f(c), f(mm), f(r), f(gl), f(t), f(w), f(v), f(cc));
+        }
         self.engine.add_impulses(&impulses);
         for ((force, torque), [impulse, turn]) in self.force.iter_mut().zip(&mut self.torque).zip(&impulses) {
             *force += *impulse / dt;
@@ -246,6 +265,9 @@ impl GrainPhase {
             let state: SurfaceState = bytemuck::cast(*attached);
             let change = |now: Vector, before: [Real; 3]| ((now - Vector::from_array(before)) / dt).to_array();
             let [motion, rotation] = match grains.motion[n] {
+                Motion::Free if super::sw("s1b") => {
+                    [change(old[n][0], state.motion), change(old[n][1], state.rotation)]
+                }
                 Motion::Free => {
                     [change(grains.velocity[n], state.motion), change(grains.angular_velocity(n), state.rotation)]
                 }

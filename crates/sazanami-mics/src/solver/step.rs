@@ -133,6 +133,11 @@ impl<'a> FluidPass<'a> {
         let beside = self.room.as_deref_mut().map(|room| (room, grains.covered()));
         report.transport += flow.transport_beside(domain, boundary, dt, beside, Some(projection.outside()));
         projection.add_gradient(domain, &flow.density, &mut flow.velocity, half);
+        if let Some(acceleration) = &mut self.acceleration {
+            if !crate::grains::sw("noii") {
+            acceleration.carry(domain, projection.pressure(), &flow.density, self.now.gravity);
+            }
+        }
     }
 
     /// Phase 2: viscous stress, friction on the surfaces of grains.
@@ -168,7 +173,9 @@ impl<'a> FluidPass<'a> {
         if let Some(closing) = self.grains.closing() {
             let response = self.acceleration.as_ref().and_then(|acceleration| acceleration.response());
             let cut = |d: usize, into: [&mut Field<Real>; 3]| self.grains.cut_faces(domain, d, into);
-            let closing = Closing { response, cut: Some(&cut), ..closing };
+            let before = self.acceleration.as_ref().filter(|acceleration| acceleration.is_beside_surfaces() && !crate::grains::sw("noi"));
+            let before = before.map(|acceleration| (acceleration.kept(), gravity));
+            let closing = Closing { response, before, cut: Some(&cut), ..closing };
             self.projection.close_faces(domain, boundary, closing, self.flow, dt);
         }
         let Flow { density, velocity, face_velocity, .. } = &mut *self.flow;

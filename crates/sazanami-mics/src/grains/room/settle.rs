@@ -160,6 +160,8 @@ impl Cells<'_> {
                 impulse += drho * part * (self.velocity(beside) - u);
             }
         }
+        if crate::grains::sw("s2") { impulse = Vector::ZERO; }
+        if crate::grains::sw("s2m") && self.moved { impulse = Vector::ZERO; }
         if !touched {
             return None;
         }
