@@ -21,7 +21,8 @@
 //! ```
 //!
 //! with the velocity `u''` after the viscous step, so that it does not depend on the step once that is
-//! longer than viscosity and friction need.
+//! longer than viscosity and friction need. Where the transport has brought heavier fluid to a face there, `a_old` is what the old pressure
+//! gives this: the acceleration of a gas, given to the liquid that has come, would be a hundred times what grains can bear.
 
 use sazanami_numerics::domain::{Domain, GhostRules};
 use sazanami_numerics::grid::Field;

@@ -8,7 +8,8 @@
 //!     + chi (u_s + dt a + dt (grad p_old - grad p) / rho_s)
 //! ```
 //!
-//! `u_s + dt a` is the velocity that the grain has at the end of the step if its acceleration stays what it was, and
+//! (where an acceleration has been carried through the viscous step ([`crate::acceleration`]), `grad p_old` is the gradient that gives it to
+//! the fluid that is there now). `u_s + dt a` is the velocity that the grain has at the end of the step if its acceleration stays what it was, and
 //! the last term the change of that acceleration by the change of the pressure: the projection moves the closed part
 //! as a grain of density `rho_s` moves, in the same step. Fluid and grain are thus coupled implicitly (no lower limit
 //! of the density ratio), the closed part of a fixed grain does not leak in steady flow, and the equation has no
@@ -17,9 +18,9 @@
 //! equation: Ng, Min and Gibou, J. Comput. Phys. 228 (2009) 8807; a rigid body in it: Batty, Bertails and Bridson,
 //! ACM Trans. Graph. 26 (2007) 100.
 
-use sazanami_numerics::{Real, Vector};
 use sazanami_numerics::domain::{Domain, Row};
 use sazanami_numerics::grid::Field;
+use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
 use crate::boundary::Boundary;
@@ -145,8 +146,17 @@ impl Mobility {
         flow: &mut Flow,
         dt: Real,
     ) {
-        let Closing { fraction: alpha, density: solid, velocity, before, response, binding, rows: covered, shared, cut } =
-            closing;
+        let Closing {
+            fraction: alpha,
+            density: solid,
+            velocity,
+            before,
+            response,
+            binding,
+            rows: covered,
+            shared,
+            cut,
+        } = closing;
         let cut = cut.filter(|_| shared.is_some());
         let [_, n2, n3] = domain.cells();
         let shared = cut.and(shared);

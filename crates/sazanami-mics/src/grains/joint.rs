@@ -3,8 +3,7 @@
 //! Friction on its surface takes a free grain and the fluid in its cells towards one another. Where the resistance over a step is
 //! not small beside the mass of the grain, friction towards the velocity at the start of the step would overshoot. So the velocity `w` and
 //! the spin at the end of the step are unknowns: with the impulse `I(w)` of the viscous step on the grain, friction and what the covered part of the
-//! cells gains less its weight, with what the transport gave it, and the acceleration `c` by all else (contacts, what it covers anew) in the
-//! last step,
+//! cells gains less its weight, and the acceleration `c` by all else (contacts, transport) in the last step,
 //!
 //! ```text
 //! m (w - v) = I(w) + m dt (g + c)
@@ -36,7 +35,7 @@ use sazanami_parallel::{for_each_chunk, max_over};
 
 use super::covered::part;
 use super::imprint::{Imprint, Share};
-use super::{GrainPhase, Room, Surface};
+use super::{GrainPhase, Surface};
 use crate::boundary::Boundary;
 use crate::diffusion::{DiffusionReport, ViscosityError};
 use crate::flow::Flow;
@@ -60,7 +59,7 @@ pub(super) struct Joint {
     pub velocity: Vec<[Real; 6]>,
     /// Velocity and spin at its start.
     start: Vec<[Real; 6]>,
-    /// What the grains and the covered part hold of impulses: before the transport of the pass, now.
+    /// What the grains and the covered part hold of impulses: at the start, now.
     held: Vec<[Real; 7]>,
     now: Vec<[Real; 7]>,
     /// A, B, the same of the rotation, and the volume of bound fluid, of every owned grain [kg, kg m^2, m^3].
@@ -71,12 +70,8 @@ pub(super) struct Joint {
     slope: Vec<[Real; 2]>,
     /// Impulse and angular impulse of viscosity, friction and projection in the step.
     pub gained: Vec<[Real; 6]>,
-    /// What the cells owed the owned grains before the transport of the pass, if liquid has only their open part; empty: nothing yet.
-    owed: Vec<[Real; 7]>,
     /// Velocity before the viscous step [m/s].
     kept: Option<[Field<Real>; 3]>,
-    tt: Vec<[Real; 7]>,
-    rr: Vec<[Real; 3]>,
     pub density: Vec<[Real; 1]>,
 }
 
@@ -124,31 +119,17 @@ impl GrainPhase {
         self.has_surfaces() && viscous && self.largest(domain, |_| 1.0) > 0.0
     }
 
-    /// Starts a step: the grains have the velocity that they have, and the covered part what was summed `before`.
+    /// Starts a step: the grains have the velocity that they have.
     pub(super) fn begin_joint(&mut self) {
         let joint = &mut self.joint;
-        joint.held.clone_from(&self.before);
-        joint.owed.clear();
         joint.gained.clear();
         joint.gained.resize(self.engine.grains().owned(), [0.0; 6]);
         joint.velocity.clear();
         joint.velocity.extend_from_slice(&self.motion);
     }
 
-    /// Starts a pass before the transport, whose impulse is part of that of the pass.
-    pub(crate) fn begin_pass(&mut self, domain: &Domain, room: Option<&Room>) {
-        let Some(room) = room.filter(|_| self.joint.on) else { return };
-        let owned = self.engine.grains().owned();
-        if self.joint.owed.is_empty() {
-            self.joint.owed.resize(owned, [0.0; 7]);
-        } else {
-            self.share_out(domain, room, false);
-            self.joint.owed.copy_from_slice(&self.partial[..owned]);
-        }
-    }
-
-    /// Goes on with a pass of `dt` \[s] after the transport; `response` is the factor b in the cells.
-    pub(crate) fn join(&mut self, domain: &Domain, flow: &Flow, room: Option<&Room>, response: Option<&[Real]>, dt: Real) {
+    /// Starts a pass of `dt` \[s] after the transport; `response` is the factor b in the cells.
+    pub(crate) fn join(&mut self, domain: &Domain, flow: &Flow, response: Option<&[Real]>, dt: Real) {
         let Some(response) = response.filter(|_| self.joint.on) else { return };
         let count = self.engine.grains().len();
         let Self { joint, imprint, surface, engine, .. } = self;
@@ -178,17 +159,8 @@ impl GrainPhase {
         });
         engine.gather_to_owners(domain, &mut joint.bound);
         joint.start.clone_from(&joint.velocity);
-        let Some(room) = room else { return };
-        // What the transport did to the covered part is not what it gave the grains.
-        let mut held = std::mem::take(&mut self.joint.held);
+        let mut held = std::mem::take(&mut joint.held);
         self.sum_held(domain, flow, None, &mut held);
-        self.share_out(domain, room, false);
-        self.joint.tt = self.partial.clone();
-        self.joint.rr = (0..self.engine.grains().owned()).map(|n| self.surface_state(n).motion).collect();
-        if super::sw("s1t") { self.joint.held = held; return; }
-        for (held, (now, before)) in held.iter_mut().zip(self.partial.iter().zip(&self.joint.owed)) {
-            (0..6).for_each(|d| held[d] -= now[d] - before[d]);
-        }
         self.joint.held = held;
     }
 
@@ -311,8 +283,7 @@ impl GrainPhase {
                     continue;
                 }
                 let state = self.surface_state(n);
-                let [mut rest, mut turn] = [state.motion, state.rotation].map(Vector::from_array);
-                if super::sw("s1a") { rest = Vector::ZERO; turn = Vector::ZERO; }
+                let [rest, turn] = [state.motion, state.rotation].map(Vector::from_array);
                 let ([held, holding], [now, turning]) = (super::vectors(&joint.held[n]), super::vectors(&joint.now[n]));
                 let ([v, spin], [w, spinning]) = (two(&joint.start[n]), two(&joint.velocity[n]));
                 let mass = grains.mass[n];
@@ -486,14 +457,10 @@ impl GrainPhase {
                 gained[3 + d] += now[3 + d] - held[3 + d];
             }
         }
-        // The next pass of the step starts from there.
-        joint.now = std::mem::replace(&mut joint.held, now);
+        joint.now = now;
     }
 
-    pub(super) fn joint_gained(&self, n: usize) -> [Vector; 2] { two(&self.joint.gained[n]) }
-    pub(super) fn joint_t(&self, n: usize) -> Vector { Vector::from_slice(&self.joint.tt[n][..3]) }
-    pub(super) fn joint_rest(&self, n: usize) -> Vector { Vector::from_slice(&self.joint.rr[n][..3]) }
-    /// Velocity and spin of an owned grain after a step of `dt` \[s] that gravity, transport, viscosity, friction and projection alone give it
+    /// Velocity and spin of an owned grain after a step of `dt` \[s] that gravity, viscosity, friction and projection alone give it
     /// [m/s, rad/s]; those that it has where they are no unknowns.
     pub(super) fn without_rest(&self, n: usize, gravity: Vector, dt: Real) -> [[Real; 3]; 2] {
         let grains = self.engine.grains();

@@ -29,11 +29,6 @@ pub use imprint::{Imprint, ImprintReport, Pose, Share};
 pub use loads::FluidLoad;
 pub(crate) use surface::{Surface, resistance};
 
-pub(crate) fn sw(name: &str) -> bool {
-    static ON: std::sync::OnceLock<String> = std::sync::OnceLock::new();
-    ON.get_or_init(|| format!(",{},", std::env::var("SW").unwrap_or_default())).contains(&format!(",{name},"))
-}
-
 /// Grains in one parallel task.
 const BATCH: usize = 256;
 /// Makes a bound safe from round-off.

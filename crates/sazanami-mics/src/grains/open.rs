@@ -92,7 +92,7 @@ impl GrainPhase {
     }
 
     /// Sums what the cells owe each grain, and the friction on its surface if asked for, at its owner.
-    pub(super) fn share_out(&mut self, domain: &Domain, room: &Room, friction: bool) {
+    fn share_out(&mut self, domain: &Domain, room: &Room, friction: bool) {
         self.loads.resize(self.engine.grains().len(), FluidLoad::default());
         loads::share_out(domain, &self.imprint, room.given(), &mut self.loads);
         if friction {

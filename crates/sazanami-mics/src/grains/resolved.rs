@@ -28,8 +28,8 @@ pub(super) struct SurfaceState {
     /// Slope of the impulse over its estimate in the last joint step ([`super::joint`]); zero: not known.
     pub slope: Real,
     /// Between steps the mean acceleration in the last step [m/s^2]; while the grain moves its velocity before [m/s]. Where
-    /// velocities are unknowns ([`super::joint`]) the acceleration by all but gravity, transport, viscosity, friction and projection, and the
-    /// velocity without it.
+    /// velocities are unknowns ([`super::joint`]) the acceleration by all but gravity, viscosity, friction and projection, and the velocity
+    /// without it.
     pub motion: [Real; 3],
     /// The same of its rotation [rad/s^2, rad/s].
     pub rotation: [Real; 3],
@@ -73,12 +73,12 @@ impl GrainPhase {
         self.sum_velocities(domain, |_, _| [Vector::ZERO; 2]);
         self.surface.place(domain, &mut self.imprint, &self.motion, flow);
         self.joint.on = self.joins(domain, flow);
+        self.begin_joint();
         self.surface.hold(domain, &mut flow.velocity);
         if self.coupling.room == LiquidRoom::Whole {
             self.sum_covered(domain, flow);
             std::mem::swap(&mut self.partial, &mut self.before);
         }
-        self.begin_joint();
         if self.joint.on {
             // What they have at its end is found in the viscous step.
             return;
@@ -238,24 +238,6 @@ impl GrainPhase {
             Motion::Free => [0.0; 3],
             _ => (Vector::ZERO - impulses[n][0]).to_array(),
         });
-        let old: Vec<[Vector; 2]> = (0..self.engine.grains().owned()).map(|n| { let g = self.engine.grains(); [g.velocity[n], g.angular_velocity(n)] }).collect();
-        if super::sw("dbg") && self.joint.on {
-            let g = self.engine.grains();
-            let of = |n: usize| {
-                let st = self.surface_state(n);
-                let [gl, _] = self.joint_gained(n);
-                let m = g.mass[n];
-                let total = self.force[n] * dt;
-                let start = Vector::from_array(st.motion) - gl / m;
-                let contact = g.velocity[n] - start - total / m;
-                [contact, (total - gl) / m, impulses[n][0] / m, gl / m, Vector::from_slice(&self.joint.velocity[n][..3]), g.velocity[n], self.joint_t(n) / m, self.joint_rest(n)*dt]
-            };
-            let worst = (0..g.owned()).max_by(|&a, &b| { let z = |n: usize| { let [c, mm, r, ..] = of(n); (c + mm + r).length() }; z(a).total_cmp(&z(b)) }).unwrap();
-            let worst = std::env::var("GRAIN").ok().map_or(worst, |v| v.parse().unwrap());
-            let f = |v: Vector| format!("({:.4} {:.4} {:.4})", v.x, v.y, v.z);
-            let [c, mm, r, gl, w, v, t, cc] = of(worst);
-            println!("   {worst}: contact {} mismatch {} receive {} gained {} of it transport {} w {} v {} c.dt {}", f(c), f(mm), f(r), f(gl), f(t), f(w), f(v), f(cc));
-        }
         self.engine.add_impulses(&impulses);
         for ((force, torque), [impulse, turn]) in self.force.iter_mut().zip(&mut self.torque).zip(&impulses) {
             *force += *impulse / dt;
@@ -265,9 +247,6 @@ impl GrainPhase {
             let state: SurfaceState = bytemuck::cast(*attached);
             let change = |now: Vector, before: [Real; 3]| ((now - Vector::from_array(before)) / dt).to_array();
             let [motion, rotation] = match grains.motion[n] {
-                Motion::Free if super::sw("s1b") => {
-                    [change(old[n][0], state.motion), change(old[n][1], state.rotation)]
-                }
                 Motion::Free => {
                     [change(grains.velocity[n], state.motion), change(grains.angular_velocity(n), state.rotation)]
                 }

@@ -15,7 +15,9 @@
 //! without room keeps that of the sweeps, in which nothing but the equations of the whole cell sees it.
 //!
 //! Momentum is counted on the open part, `sum V rho u dV + sum M v`. The equations of the fluid still hold on whole cells; what
-//! they give the part 1 - V of a cell, transport included, goes to the grains in it, and so does what a change of V leaves.
+//! they give the part 1 - V of a cell, transport included, goes to the grains in it, and so does what a change of V leaves. Liquid that fills
+//! the room of a cell makes its covered part heavier too: what that gains moves with the grains. With the velocity of the liquid that came it would
+//! be energy from nowhere, the more the less room there is, for the grains to take when the cell comes to rest.
 
 mod settle;
 

@@ -129,26 +129,23 @@ impl<'a> FluidPass<'a> {
         if let Some(acceleration) = &mut self.acceleration {
             acceleration.keep(domain, projection.pressure(), &flow.density, self.now.gravity);
         }
-        grains.begin_pass(domain, self.room.as_deref());
         let beside = self.room.as_deref_mut().map(|room| (room, grains.covered()));
         report.transport += flow.transport_beside(domain, boundary, dt, beside, Some(projection.outside()));
         projection.add_gradient(domain, &flow.density, &mut flow.velocity, half);
         if let Some(acceleration) = &mut self.acceleration {
-            if !crate::grains::sw("noii") {
             acceleration.carry(domain, projection.pressure(), &flow.density, self.now.gravity);
-            }
         }
     }
 
     /// Phase 2: viscous stress, friction on the surfaces of grains.
     fn diffuse(&mut self, report: &mut StepReport) -> Result<(), StepError> {
-        let Self { flow, grains, acceleration, room, .. } = self;
+        let Self { flow, grains, acceleration, .. } = self;
         let Pass { domain, boundary, gravity, dt } = self.now;
         if let (Some(acceleration), Some(surface)) = (&mut *acceleration, grains.surface_mut()) {
             acceleration.set_damping(domain, dt, flow, surface.parts().0);
         }
         if let Some(acceleration) = &*acceleration {
-            grains.join(domain, flow, room.as_deref(), acceleration.response(), dt);
+            grains.join(domain, flow, acceleration.response(), dt);
             acceleration.add(domain, &mut flow.velocity, |_| dt);
         }
         report.diffusion += grains.diffuse(domain, boundary, flow, gravity, dt)?;
@@ -173,7 +170,7 @@ impl<'a> FluidPass<'a> {
         if let Some(closing) = self.grains.closing() {
             let response = self.acceleration.as_ref().and_then(|acceleration| acceleration.response());
             let cut = |d: usize, into: [&mut Field<Real>; 3]| self.grains.cut_faces(domain, d, into);
-            let before = self.acceleration.as_ref().filter(|acceleration| acceleration.is_beside_surfaces() && !crate::grains::sw("noi"));
+            let before = self.acceleration.as_ref().filter(|acceleration| acceleration.is_beside_surfaces());
             let before = before.map(|acceleration| (acceleration.kept(), gravity));
             let closing = Closing { response, before, cut: Some(&cut), ..closing };
             self.projection.close_faces(domain, boundary, closing, self.flow, dt);

@@ -160,8 +160,6 @@ impl Cells<'_> {
                 impulse += drho * part * (self.velocity(beside) - u);
             }
         }
-        if crate::grains::sw("s2") { impulse = Vector::ZERO; }
-        if crate::grains::sw("s2m") && self.moved { impulse = Vector::ZERO; }
         if !touched {
             return None;
         }
@@ -175,9 +173,9 @@ impl Cells<'_> {
         // With what carries the impulse: gas alone would be faster than the liquid that passes through it.
         let gained = if is_covered {
             let densities = [self.fluids.density(c), whole];
-            let moving = Vector::from_array([0, 1, 2].map(|d| {
-                beside_grains(u[d], densities, self.solid[d][at], self.alpha[at]) - u[d]
-            }));
+            let moving = Vector::from_array(
+                [0, 1, 2].map(|d| beside_grains(u[d], densities, self.solid[d][at], self.alpha[at]) - u[d]),
+            );
             (impulse + whole * moving) / (whole + carried)
         } else {
             impulse / if is_light { whole + carried } else { mass }
