@@ -3,7 +3,6 @@
 use sazanami_dem::Motion;
 use sazanami_mics::advection::Convection;
 use sazanami_mics::grains::Exchange;
-use sazanami_mics::grains::room::LiquidRoom;
 use sazanami_numerics::{Real, Vector};
 
 use crate::case::Case;
@@ -115,20 +114,14 @@ fn check_written_frame(case: &Case, cx: &mut Context<'_>) {
 
 /// Liquid in the open part of the cells is carried, and given to the grains, in one way only.
 fn check_room(case: &Case, cx: &mut Context<'_>) {
-    if case.coupling.room != LiquidRoom::Open || case.solver != Solver::Mics {
+    if case.coupling.exchange != Exchange::Surface || case.grains.is_empty() || case.solver != Solver::Mics {
         return;
-    }
-    if case.coupling.exchange == Exchange::Stress {
-        cx.report
-            .error_at(cx.places.near("coupling.room"), "`room = \"open\"` and `exchange = \"stress\"`")
-            .label("grains get what the covered part of their cells gains, which is not the stress integral")
-            .help("choose `exchange = \"exact\"` or \"surface\", or `room = \"whole\"`");
     }
     if case.fluid.convection == Convection::VelocityForm {
         cx.report
-            .error_at(cx.places.near("coupling.room"), "`room = \"open\"` and `convection = \"velocity_form\"`")
-            .label("the open part is given momentum with the mass that crosses faces, which this form does not carry")
-            .help("choose `fluid.convection = \"consistent\"`, or `room = \"whole\"`");
+            .error_at(cx.places.near("fluid.convection"), "`exchange = \"surface\"` and `convection = \"velocity_form\"`")
+            .label("the open part of cells is given momentum with the mass that crosses faces, which this form does not carry")
+            .help("choose `fluid.convection = \"consistent\"`, or `coupling.exchange = \"stress\"`");
     }
 }
 

@@ -8,10 +8,16 @@ const OF_PUBLISHED: &str =
 /// by path and word.
 const REMOVED: &[(&str, Option<&str>, &str)] = &[
     ("coupling.alpha", Some("subcell"), "choose `columns(n)`, which errs less than n^3 sub-cells, or `clip`"),
+    ("coupling.exchange", Some("auto"), "`surface`, the default, serves grains of any width; leave the key out"),
     (
         "coupling.friction",
         None,
         "friction is that of the hydraulic radius and the slip, `hydraulic_radius_slip` before; leave the key out",
+    ),
+    (
+        "coupling.room",
+        None,
+        "with `exchange = \"surface\"`, the default, liquid has the open part of the cells, with the others whole cells; leave the key out",
     ),
     ("coupling.torque_arm", None, "a force acts at the centroid of the covered part of its cell; leave the key out"),
     ("coupling.weighting", None, "grain and fluid in a shared cell count by their mass; leave the key out"),

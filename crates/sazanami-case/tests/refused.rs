@@ -237,13 +237,12 @@ fn copies_of_cases_are_cases_of_the_same_meaning() {
 #[test]
 fn liquid_in_the_open_part_is_refused_beside_what_does_not_know_it() {
     let on_a_grid = |changes: &[&str]| findings(&[&["solver=mics"], changes].concat());
-    let open = "coupling.room=open";
-    for key in ["coupling.exchange=stress", "fluid.convection=velocity_form"] {
-        let found = on_a_grid(&[open, key]);
-        let word = key.rsplit('=').next().unwrap_or_default();
-        assert!(found.len() == 1 && found[0].contains("`room = \"open\"`") && found[0].contains(word), "{found:?}");
-        // Control: in whole cells.
-        assert!(on_a_grid(&[key]).is_empty());
-    }
-    assert!(on_a_grid(&[open, "coupling.exchange=exact"]).is_empty());
+    let form = "fluid.convection=velocity_form";
+    let found = on_a_grid(&[form]);
+    assert!(
+        found.len() == 1 && found[0].contains("`exchange = \"surface\"`") && found[0].contains("velocity_form"),
+        "{found:?}"
+    );
+    // Controls: in whole cells, and with the other form.
+    assert!(on_a_grid(&[form, "coupling.exchange=stress"]).is_empty() && on_a_grid(&[]).is_empty());
 }

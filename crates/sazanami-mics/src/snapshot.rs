@@ -122,8 +122,7 @@ impl Solver {
         }
         projection.set_outside(&domain, boundary.gravity_outside(), &flow.fluids, &flow.density);
         projection.fill_ghosts(&domain, &flow.density, gravity);
-        let mut grains = GrainPhase::new(&domain, engine, shapes, coupling);
-        grains.resume(&domain, &flow);
+        let grains = GrainPhase::new(&domain, engine, shapes, coupling);
         let mut solver = Self::assembled(domain, boundary, settings, flow, projection, grains);
         solver.previous_step = snapshot.reals(PREVIOUS_STEP)?.first().copied();
         let Self { domain, room, grains, .. } = &mut solver;

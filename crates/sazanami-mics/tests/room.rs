@@ -3,7 +3,6 @@
 use sazanami_dem::{Body, Engine, Grain, Interactions, LinearSpringDashpot, Motion, Setup, Wall};
 use sazanami_mics::boundary::{Boundary, Side};
 use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
-use sazanami_mics::grains::room::LiquidRoom;
 use sazanami_mics::grains::{Coupling, Exchange};
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::snapshot::GRAINS;
@@ -30,7 +29,6 @@ struct Case {
     gravity: Vector,
     divergence: Real,
     exchange: Exchange,
-    room: LiquidRoom,
     viscosity: ViscosityScheme,
     /// Longest step \[s].
     longest: Real,
@@ -78,7 +76,7 @@ impl Case {
             tolerance: Tolerance { divergence: self.divergence, max_iterations: 500 },
             incremental: false,
         };
-        let coupling = Coupling { exchange: self.exchange, room: self.room, ..Coupling::default() };
+        let coupling = Coupling { exchange: self.exchange, ..Coupling::default() };
         let shapes = vec![shape].into();
         match snapshot {
             Some(snapshot) => Solver::restore(domain, boundary, settings, flow, engine, shapes, coupling, snapshot)
@@ -146,7 +144,7 @@ fn total(solver: &Solver) -> Vector {
 }
 
 /// A drop on four layers of spheres of 1.7 cells.
-fn drop_on_bed(motion: Motion, exchange: Exchange, room: LiquidRoom) -> Case {
+fn drop_on_bed(motion: Motion, exchange: Exchange) -> Case {
     let (cells, diameter) = ([24, 24, 24], 1.7 * WIDTH);
     let mut grains = Vec::new();
     for k in 0..4 {
@@ -170,7 +168,6 @@ fn drop_on_bed(motion: Motion, exchange: Exchange, room: LiquidRoom) -> Case {
         gravity: Vector::new(0.0, 0.0, -9.8),
         divergence: 1e-11,
         exchange,
-        room,
         viscosity: ViscosityScheme::Implicit,
         longest: 1e-4,
     }
@@ -178,16 +175,14 @@ fn drop_on_bed(motion: Motion, exchange: Exchange, room: LiquidRoom) -> Case {
 
 /// Checks that a drop on a bed of grains in `motion` keeps its liquid and momentum.
 fn check_drop_on_bed(motion: Motion) {
-    for exchange in [Exchange::Exact, Exchange::Surface] {
-        let (_, kept) = run(&drop_on_bed(motion, exchange, LiquidRoom::Open).that_sums_to_round_off(), 6e-3);
-        let (_, control) = run(&drop_on_bed(motion, exchange, LiquidRoom::Whole).that_sums_to_round_off(), 6e-3);
-        println!("{exchange:?}: {kept:?}; whole cells: {control:?}");
-        assert!(kept.liquid.abs() < 1e-12 && kept.momentum < 1e-9);
-        // What waits for room or is left beside it is little.
-        assert!(kept.clipped.abs() < 1e-11 && kept.waiting < 1e-7 && kept.left < 5e-3 && kept.moved > 1e-4);
-        // Negative control: in whole cells liquid hides within the grains.
-        assert!(control.liquid < -0.2);
-    }
+    let (_, kept) = run(&drop_on_bed(motion, Exchange::Surface).that_sums_to_round_off(), 6e-3);
+    let (_, control) = run(&drop_on_bed(motion, Exchange::Exact), 6e-3);
+    println!("{kept:?}; whole cells: {control:?}");
+    assert!(kept.liquid.abs() < 1e-12 && kept.momentum < 1e-9);
+    // What waits for room or is left beside it is little.
+    assert!(kept.clipped.abs() < 1e-11 && kept.waiting < 1e-7 && kept.left < 5e-3 && kept.moved > 1e-4);
+    // Negative control: in whole cells liquid hides within the grains.
+    assert!(control.liquid < -0.2);
 }
 
 #[test]
@@ -199,8 +194,9 @@ fn a_drop_on_fixed_grains_keeps_its_liquid() {
 fn a_drop_on_free_grains_keeps_its_liquid() {
     check_drop_on_bed(Motion::Free);
 }
+
 /// A sphere that sinks through a box full of liquid, off the grid in all directions, and spins.
-fn under_a_lid(exchange: Exchange, room: LiquidRoom, diameter: Real) -> Case {
+fn under_a_lid(diameter: Real) -> Case {
     let velocity = Vector::new(0.05, -0.03, -0.1);
     let position = WIDTH * Vector::new(7.3, 8.9, 10.6);
     let spinning = Grain { velocity, angular_velocity: Vector::new(3.0, -8.0, 5.0), ..Grain::new(0, 2650.0, position) };
@@ -212,8 +208,7 @@ fn under_a_lid(exchange: Exchange, room: LiquidRoom, diameter: Real) -> Case {
         velocity: Vector::ZERO,
         gravity: Vector::new(0.0, 0.0, -9.8),
         divergence: 1e-12,
-        exchange,
-        room,
+        exchange: Exchange::Surface,
         viscosity: ViscosityScheme::Implicit,
         longest: 1e-4,
     }
@@ -221,10 +216,10 @@ fn under_a_lid(exchange: Exchange, room: LiquidRoom, diameter: Real) -> Case {
 
 #[test]
 fn a_grain_under_a_full_lid_leaves_the_box_full() {
-    for (exchange, diameter) in [(Exchange::Exact, 2.3), (Exchange::Surface, 6.0)] {
-        let (solver, kept) = run(&under_a_lid(exchange, LiquidRoom::Open, diameter).that_sums_to_round_off(), 30e-3);
+    for diameter in [2.3, 6.0] {
+        let (solver, kept) = run(&under_a_lid(diameter).that_sums_to_round_off(), 30e-3);
         let way = solver.grains().engine().grains().position[0].distance(WIDTH * Vector::new(7.3, 8.9, 10.6));
-        println!("{exchange:?}: {kept:?}, way {way:e}");
+        println!("{diameter}: {kept:?}, way {way:e}");
         assert_eq!(kept.from_full, 0.0);
         assert!(kept.liquid.abs() < 1e-11 && kept.momentum < 1e-10 && kept.clipped == 0.0 && kept.left < 1e-3);
         assert_eq!(kept.waiting, 0.0);
@@ -234,8 +229,7 @@ fn a_grain_under_a_full_lid_leaves_the_box_full() {
 }
 
 /// A sphere above a level that it falls into, or one pulled out of the liquid.
-fn crossing(exchange: Exchange, room: LiquidRoom, out: bool) -> Case {
-    let diameter = if exchange == Exchange::Exact { 2.3 } else { 4.5 };
+fn crossing(exchange: Exchange, diameter: Real, out: bool) -> Case {
     let grain = Grain::new(0, 2650.0, WIDTH * Vector::new(6.1, 5.7, if out { 3.1 } else { 8.5 + 0.5 * diameter }));
     let pulled = Grain { motion: Motion::Prescribed, velocity: Vector::new(0.0, 0.0, 0.2), ..grain };
     Case {
@@ -247,7 +241,6 @@ fn crossing(exchange: Exchange, room: LiquidRoom, out: bool) -> Case {
         gravity: Vector::new(0.0, 0.0, -9.8),
         divergence: 1e-12,
         exchange,
-        room,
         viscosity: ViscosityScheme::Implicit,
         longest: 1e-4,
     }
@@ -264,16 +257,16 @@ fn volumes(solver: &Solver) -> [Real; 2] {
 
 #[test]
 fn a_grain_that_crosses_a_level_displaces_its_volume() {
-    for exchange in [Exchange::Exact, Exchange::Surface] {
+    for diameter in [2.3, 4.5] {
         for out in [false, true] {
-            let [open, whole] = [LiquidRoom::Open, LiquidRoom::Whole].map(|room| {
-                let case = crossing(exchange, room, out).that_sums_to_round_off();
+            let [open, whole] = [Exchange::Surface, Exchange::Exact].map(|exchange| {
+                let case = crossing(exchange, diameter, out).that_sums_to_round_off();
                 let [_, before] = volumes(&case.solver());
                 let (solver, kept) = run(&case, if out { 45e-3 } else { 80e-3 });
                 let [grain, after] = volumes(&solver);
                 // Grain and liquid below the surface are more than the liquid before by this part of the grain too little.
                 let missing = (before - after) / grain;
-                println!("{exchange:?}, out {out}, {:?}: missing {missing:e}, {kept:?}", case.room);
+                println!("{diameter}, out {out}, {exchange:?}: missing {missing:e}, {kept:?}");
                 (kept, missing)
             });
             assert!(open.0.liquid.abs() < 1e-12 && open.0.momentum < 1e-8);
@@ -305,7 +298,6 @@ fn drop_on_pack(longest: Real) -> Case {
         gravity: Vector::ZERO,
         divergence: 1e-10,
         exchange: Exchange::Surface,
-        room: LiquidRoom::Open,
         viscosity: ViscosityScheme::Implicit,
         longest,
     }
@@ -362,16 +354,14 @@ fn after(solver: &mut Solver, steps: usize) -> Snapshot {
 
 #[test]
 fn a_drop_on_grains_goes_on_from_a_snapshot_to_the_same_bits() {
-    for exchange in [Exchange::Exact, Exchange::Surface] {
-        let case = drop_on_bed(Motion::Free, exchange, LiquidRoom::Open);
-        let mut solver = case.solver();
-        let mut left = after(&mut solver, 25);
-        let straight = after(&mut solver, 8);
-        let resumed = after(&mut case.solver_from(Some(&left)), 8);
-        assert!(resumed == straight, "{exchange:?}");
-        // Negative control: without its own open part the cell beside a grain goes on otherwise.
-        let cells = case.cells.iter().product();
-        left.put_reals("fluid/open_part", vec![1.0; cells]);
-        assert!(after(&mut case.solver_from(Some(&left)), 8) != straight, "{exchange:?}");
-    }
+    let case = drop_on_bed(Motion::Free, Exchange::Surface);
+    let mut solver = case.solver();
+    let mut left = after(&mut solver, 25);
+    let straight = after(&mut solver, 8);
+    let resumed = after(&mut case.solver_from(Some(&left)), 8);
+    assert!(resumed == straight);
+    // Negative control: without its own open part the cell beside a grain goes on otherwise.
+    let cells = case.cells.iter().product();
+    left.put_reals("fluid/open_part", vec![1.0; cells]);
+    assert!(after(&mut case.solver_from(Some(&left)), 8) != straight);
 }

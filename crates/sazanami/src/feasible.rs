@@ -13,7 +13,6 @@ mod within_box;
 use std::ops::Range;
 
 use sazanami_dem::{Body, Engine};
-use sazanami_mics::grains::RESOLVED;
 use sazanami_numerics::choice::Choice as _;
 use sazanami_numerics::geometry::{Exact, Shape};
 use sazanami_numerics::{Quaternion, Real};
@@ -276,13 +275,11 @@ impl Search<'_> {
         let (least, help) = match exchange {
             Exchange::Exact => (
                 LIGHTEST_EXACT,
-                format!(
-                    "resolve the grains with {RESOLVED} cells or more, or write `exchange = \"surface\"` under `[coupling]`: \
-                     returning the fluid's loss one step later amplifies it by displaced over own mass"
-                ),
+                "leave `coupling.exchange` out: returning the fluid's loss one step later amplifies it by displaced over own mass"
+                    .to_owned(),
             ),
             Exchange::Surface => (LIGHTEST_SURFACE, "lighter grains gain speed without end".to_owned()),
-            Exchange::Auto | Exchange::Stress => return,
+            Exchange::Stress => return,
         };
         let liquid = self.case.fluid.liquid.density;
         for (n, population) in self.case.grains.iter().enumerate().filter(|(_, p)| p.motion == Motion::Free) {

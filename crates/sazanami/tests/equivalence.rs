@@ -333,10 +333,10 @@ const CASES: [Small; 11] = [
         perturbed: "contact.default.friction=0.41",
     },
     Small {
-        name: "open_room",
+        name: "back_projection",
         apart: false,
         text: DROP_ON_BED,
-        overrides: &["coupling.room=open"],
+        overrides: &["coupling.exchange=exact"],
         perturbed: "liquid.0.fall.speed=2.0001 m/s",
     },
     Small {
@@ -541,7 +541,7 @@ macro_rules! equivalent {
 
 equivalent! {
     a_drop_on_a_bed: "drop_on_bed",
-    a_drop_on_a_bed_with_open_room: "open_room",
+    a_drop_on_a_bed_by_back_projection: "back_projection",
     a_collapsing_column: "dam_break",
     grains_across_periodic_sides: "periodic",
     grains_that_act_by_their_surfaces: "surfaces",

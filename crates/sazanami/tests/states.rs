@@ -158,9 +158,9 @@ until = "10 us"
 #[test]
 fn where_liquid_has_no_room_nothing_is_reported() {
     let scratch = Scratch::new("states-room");
-    let run_with = |room: &str, ranks: usize| {
-        let folder = scratch.join(&format!("{room}-{ranks}"));
-        let case = load(HELD, &[&format!("coupling.room={room}")]);
+    let run_with = |exchange: &str, ranks: usize| {
+        let folder = scratch.join(&format!("{exchange}-{ranks}"));
+        let case = load(HELD, &[&format!("coupling.exchange={exchange}")]);
         (watched(&case, &folder, On::ranks(ranks, 1), Every::Steps(1)).remove(0), Left::in_folder(&folder))
     };
     let first = |left: &Left, probe: &str, column: &str| {
@@ -169,7 +169,7 @@ fn where_liquid_has_no_room_nothing_is_reported() {
     };
     let close = |a: Real, b: Real| (a - b).abs() < 1e-9;
     for ranks in [1, 2] {
-        let (state, left) = run_with("open", ranks);
+        let (state, left) = run_with("surface", ranks);
         let [share, outside, solid] =
             ["liquid_fraction", "liquid_outside_grains", "solid_fraction"].map(|name| of_water(&state, name));
         let covered = share.iter().filter(|share| share.is_nan()).count();
@@ -186,7 +186,7 @@ fn where_liquid_has_no_room_nothing_is_reported() {
         assert!(close(left.column("front")[0], 6.65e-3), "{}", left.column("front")[0]);
     }
     // Control: liquid in whole cells is within grains too.
-    let (state, left) = run_with("whole", 1);
+    let (state, left) = run_with("exact", 1);
     assert!(of_water(&state, "liquid_fraction").iter().all(|share| share.is_finite()));
     assert!(close(first(&left, "grain", "liquid_fraction"), 1.0));
     assert!(close(left.column("front")[0], 6.65e-3));
@@ -227,9 +227,9 @@ fn liquid_in_the_bed_is_that_below_its_first_surface() {
     // A slab of a sphere of radius 0.5, from 0.1 below its middle to 0.3 above [mm^3].
     let slab = PI * (0.25 * 0.4 - (0.3_f64.powi(3) + 0.1_f64.powi(3)) / 3.0);
     let exact = 36.0 * (0.4 - slab);
-    for (room, ranks) in [("whole", 1), ("open", 1), ("open", 2)] {
-        let folder = scratch.join(&format!("{room}-{ranks}"));
-        let case = load(SOAKED, &[&format!("coupling.room={room}")]);
+    for (exchange, ranks) in [("exact", 1), ("surface", 1), ("surface", 2)] {
+        let folder = scratch.join(&format!("{exchange}-{ranks}"));
+        let case = load(SOAKED, &[&format!("coupling.exchange={exchange}")]);
         start(&case, &folder, On::ranks(ranks, 1)).unwrap();
         let left = Left::in_folder(&folder);
         let found = |name: &str| left.summary["observables"]["soaked"][name].as_f64().unwrap();

@@ -3,7 +3,6 @@
 use sazanami_case_derive::keys_of;
 pub use sazanami_mics::grains::Coupling;
 use sazanami_mics::grains::Exchange;
-use sazanami_mics::grains::room::LiquidRoom;
 use sazanami_numerics::geometry::VolumeFractionMethod;
 use serde_json::json;
 use toml::de::DeValue;
@@ -17,14 +16,10 @@ use crate::write::{Paths, Written};
 /// Fluid and resolved grains.
 #[keys_of(Coupling)]
 struct Coupling {
-    /// Exchange of momentum between fluid and grains: by itself `surface` where the narrowest grain is at least two
-    /// cells wide, else `exact`; see docs/guide/exchange.md.
+    /// Exchange of momentum between fluid and grains; see docs/guide/exchange.md.
     #[key(word, default, paper_literal = (Yagyu, Exchange::Stress,
           "forces on grains are the stress integral; what back-projection takes is lost"))]
     exchange: Exchange,
-    /// Part of a cell that liquid fills where grains cover some of it: with `open` none of it hides within grains.
-    #[key(word, default)]
-    room: LiquidRoom,
     /// Evaluator of covered volumes: `columns(n)` (n x n columns a cell, exact along x3) or `clip` (exact clipping of
     /// tetrahedra, slow); n from 1 to 64.
     #[key(name = "alpha", default)]

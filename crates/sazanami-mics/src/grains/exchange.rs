@@ -25,34 +25,20 @@ choices! {
     /// Scheme of the momentum exchange between grains and fluid.
     #[derive(Default)]
     pub enum Exchange {
-        /// `surface` where the narrowest grain is at least two cells wide, else `exact`.
+        /// Grains close faces in the projection and rub on the fluid in the viscous equation, and liquid has the open part of the cells as
+        /// its room: right drag, added mass and torque of grains that the grid resolves, of any density, with a limit as the step goes to
+        /// zero.
         #[default]
-        Auto = "auto",
-        /// Grains close faces in the projection and rub on the fluid in the viscous equation: right drag, added mass and
-        /// torque of grains that the grid resolves, of any density, with a limit as the step goes to zero.
         Surface = "surface",
-        /// The stress integral, and in the next step the momentum that back-projection takes beyond it.
+        /// The stress integral, and in the next step the momentum that back-projection takes beyond it. Liquid fills whole cells.
         Exact = "exact",
-        /// The stress integral alone, as in Yagyu et al. (2015): momentum is not conserved.
+        /// The stress integral alone, as in Yagyu et al. (2015): momentum is not conserved. Liquid fills whole cells.
         Stress = "stress",
     }
 }
 
-/// Width in cells of the narrowest grain from which on [`Exchange::Auto`] is [`Exchange::Surface`]: below it a lone sphere is all
-/// surface cells, and neither exchange has its drag (docs/decisions/0010).
+/// Width in cells below which a lone grain is all surface cells, and does not have its drag (docs/decisions/0010).
 pub const RESOLVED: Real = 2.0;
-
-impl Exchange {
-    /// The exchange for grains of which the narrowest is `cells` wide.
-    #[must_use]
-    pub fn for_width(self, cells: Real) -> Self {
-        match self {
-            Self::Auto if cells >= RESOLVED => Self::Surface,
-            Self::Auto => Self::Exact,
-            chosen => chosen,
-        }
-    }
-}
 
 /// Composition of a partly covered cell.
 #[derive(Clone, Copy, Debug)]
@@ -95,15 +81,13 @@ pub struct Transfer {
 pub(super) struct Fluid<'a> {
     pub u: [&'a [Real]; 3],
     pub density: &'a [Real],
-    /// Open part of the cells, if momentum is counted on it.
-    pub open: Option<&'a [Real]>,
 }
 
 /// Sums over the cells of each grain what back-projection will take: call before [`back_project`].
 pub(super) fn take(domain: &Domain, imprint: &Imprint, grains: &Grains, fluid: Fluid<'_>, taken: &mut [Transfer]) {
     let volume = domain.grid().cell_volume();
     let (alpha, solid) = (imprint.solid_fraction.data(), imprint.solid_density.data());
-    let Fluid { u: [u1, u2, u3], density: rho, open } = fluid;
+    let Fluid { u: [u1, u2, u3], density: rho } = fluid;
     for_each_chunk(taken, 64, |number, taken| {
         for (offset, taken) in taken.iter_mut().enumerate() {
             let n = number * 64 + offset;
@@ -114,12 +98,7 @@ pub(super) fn take(domain: &Domain, imprint: &Imprint, grains: &Grains, fluid: F
                 let cell = MixedCell::new(alpha[at], solid[at], rho[at]);
                 let arm = share.arm();
                 let slip = Vector::new(u1[at], u2[at], u3[at]) - (velocity + spin.cross(arm));
-                let momentum = open.map_or(1.0, |open| open[at])
-                    * rho[at]
-                    * volume
-                    * cell.weight
-                    * (share.fraction / cell.alpha)
-                    * slip;
+                let momentum = rho[at] * volume * cell.weight * (share.fraction / cell.alpha) * slip;
                 taken.momentum += momentum;
                 taken.angular_momentum += arm.cross(momentum);
                 taken.displaced_mass += cell.share(share.fraction) * rho[at] * volume;

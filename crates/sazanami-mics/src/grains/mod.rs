@@ -21,7 +21,7 @@ use sazanami_parallel::{Reduction, reduce_over};
 
 use crate::flow::Flow;
 use crate::grains::joint::Joint;
-use crate::grains::room::{LiquidRoom, Room};
+use crate::grains::room::Room;
 use crate::momentum::Impulses;
 
 pub use exchange::{Exchange, RESOLVED, Transfer};
@@ -39,8 +39,6 @@ const ROUND_UP: Real = 1.0 + 1e-12;
 pub struct Coupling {
     /// Scheme of the momentum exchange.
     pub exchange: Exchange,
-    /// Part of a partly covered cell that liquid fills.
-    pub room: LiquidRoom,
     /// Evaluation of the volume fractions.
     pub volume_fraction: VolumeFractionMethod,
     /// Number of contact sub-steps in a step.
@@ -96,10 +94,6 @@ pub struct GrainPhase {
     partial: Vec<[Real; 7]>,
     /// Velocity and angular velocity of every grain and ghost on the grid.
     motion: Vec<[Real; 6]>,
-    /// Momentum, angular momentum and mass of the fluid on the covered part of the cells of every grain and ghost: at the
-    /// start of the step, and before the grains move.
-    before: Vec<[Real; 7]>,
-    after: Vec<[Real; 7]>,
     force: Vec<Vector>,
     torque: Vec<Vector>,
     /// What the owned grains receive after they have moved [N s, N m s].
@@ -117,8 +111,6 @@ impl GrainPhase {
     pub fn new(domain: &Domain, engine: Engine, shapes: Arc<[Shape]>, coupling: Coupling) -> Self {
         // With those that have left: the run goes on as one with grains.
         let count = domain.sum([engine.grains().owned() as Real])[0] as usize + engine.departures().grains as usize;
-        let coupling =
-            Coupling { exchange: coupling.exchange.for_width(narrowest(domain, &engine, &shapes)), ..coupling };
         let surfaces = coupling.exchange == Exchange::Surface;
         // Without grains the fields of the coupling take no memory.
         let cells = if count == 0 { [0; 3] } else { domain.cells() };
@@ -137,8 +129,6 @@ impl GrainPhase {
             taken: Vec::new(),
             partial: Vec::new(),
             motion: Vec::new(),
-            before: Vec::new(),
-            after: Vec::new(),
             force: Vec::new(),
             torque: Vec::new(),
             impulses: Vec::new(),
@@ -267,7 +257,7 @@ impl GrainPhase {
     /// Adds the stress divergence [N/m^3] of a fluid pass of length `dt` \[s], given per cell by its
     /// place in memory, in the cells that grains cover.
     pub(crate) fn add_stress(&mut self, domain: &Domain, dt: Real, stress_divergence: impl Fn(usize) -> Vector + Sync) {
-        if self.is_empty() || self.has_surfaces() || self.coupling.room == LiquidRoom::Open {
+        if self.is_empty() || self.has_surfaces() {
             return;
         }
         let Self { stress_impulse: [s1, s2, s3], imprint, .. } = self;
@@ -288,19 +278,9 @@ impl GrainPhase {
 
     /// Turns the stress of the passes into a constant force and torque on each owned grain over
     /// `dt` \[s], and adds the deferred impulse of the last exchange.
-    pub(crate) fn load(
-        &mut self,
-        domain: &Domain,
-        flow: &Flow,
-        room: Option<&mut Room>,
-        gravity: Vector,
-        dt: Real,
-    ) -> Impulses {
+    pub(crate) fn load(&mut self, domain: &Domain, room: Option<&mut Room>, gravity: Vector, dt: Real) -> Impulses {
         if let Some(room) = room {
             return self.load_open(domain, room, gravity, dt);
-        }
-        if self.has_surfaces() {
-            return self.load_surfaces(domain, flow, gravity, dt);
         }
         let count = self.engine.grains().len();
         self.loads.resize(count, FluidLoad::default());
@@ -392,14 +372,11 @@ impl GrainPhase {
             return Impulses::default();
         }
         if let Some(room) = room {
-            return self.exchange_open(domain, flow, room, dt);
-        }
-        if self.has_surfaces() {
-            return self.exchange_surfaces(domain, flow, dt);
+            return self.exchange_open(domain, room, dt);
         }
         self.sum_velocities(domain, |_, _| [Vector::ZERO; 2]);
         let Flow { velocity: u, density, .. } = flow;
-        self.take(domain, u, density, None);
+        self.take(domain, u, density);
         exchange::back_project(domain, &self.imprint, u, density);
 
         let mut sum = [Vector::ZERO; 3];
@@ -438,7 +415,7 @@ impl GrainPhase {
     }
 
     /// Takes away the grains that are beyond an open side; the others keep what the last step knows of them.
-    pub(crate) fn take_departed(&mut self, domain: &Domain, flow: &Flow) -> Result<(), DemError> {
+    pub(crate) fn take_departed(&mut self, domain: &Domain) -> Result<(), DemError> {
         let before: Vec<u64> = self.engine.grains().id[..self.engine.grains().owned()].to_vec();
         self.engine.take_departed(domain)?;
         let Self { engine, force, torque, .. } = &mut *self;
@@ -448,7 +425,6 @@ impl GrainPhase {
             values.retain(|_| ids.next().is_some_and(|id| stays.binary_search(id).is_ok()));
         }
         self.imprint(domain);
-        self.resume(domain, flow);
         Ok(())
     }
 
@@ -461,22 +437,24 @@ impl GrainPhase {
             return self.begin_surfaces(domain, flow, gravity);
         }
         let (u, density) = (&flow.velocity, &flow.density);
-        self.take(domain, u, density, None);
+        self.take(domain, u, density);
         for n in 0..self.engine.grains().owned() {
             let state = self.coupling_state(n);
             self.set_coupling_state(n, CouplingState { displaced_mass: self.partial[n][6], ..state.without_impulse() });
         }
     }
 
-    /// Momentum of the free grains, of the fluid they displace at their velocity (with surfaces: of the fluid on the covered
-    /// part of the cells, of all grains), and the deferred impulse of all grains, over all ranks [N s].
+    /// Momentum of the free grains, of the fluid they displace at their velocity (with surfaces none), and the deferred impulse of all
+    /// grains, over all ranks [N s].
     #[must_use]
     pub fn momentum(&self, domain: &Domain) -> [Vector; 3] {
-        if self.has_surfaces() {
-            return self.momentum_beside_surfaces(domain);
-        }
         let grains = self.engine.grains();
         let mut sum = [Vector::ZERO; 3];
+        if self.has_surfaces() {
+            let free = (0..grains.owned()).filter(|&n| grains.motion[n] == Motion::Free);
+            sum[0] = free.map(|n| grains.mass[n] * grains.velocity[n]).sum();
+            return sum_over_ranks(domain, sum);
+        }
         for n in 0..grains.owned() {
             let state = self.coupling_state(n);
             if grains.motion[n] == Motion::Free {
@@ -512,10 +490,10 @@ impl GrainPhase {
         self.engine.attached_mut()[n] = bytemuck::cast(state);
     }
 
-    fn take(&mut self, domain: &Domain, u: &[Field<Real>; 3], density: &Field<Real>, open: Option<&[Real]>) {
+    fn take(&mut self, domain: &Domain, u: &[Field<Real>; 3], density: &Field<Real>) {
         let grains = self.engine.grains();
         self.taken.resize(grains.len(), Transfer::default());
-        let fluid = exchange::Fluid { u: u.each_ref().map(Field::data), density: density.data(), open };
+        let fluid = exchange::Fluid { u: u.each_ref().map(Field::data), density: density.data() };
         exchange::take(domain, &self.imprint, grains, fluid, &mut self.taken);
         self.partial.clear();
         self.partial.extend(self.taken.iter().map(|taken| {
@@ -524,16 +502,6 @@ impl GrainPhase {
         }));
         self.engine.gather_to_owners(domain, &mut self.partial);
     }
-}
-
-/// Width of the narrowest grain on any rank, those that have left among them, in widths of the widest cell; infinite without grains.
-fn narrowest(domain: &Domain, engine: &Engine, shapes: &[Shape]) -> Real {
-    let grains = engine.grains();
-    let widths: Vec<Real> = shapes.iter().map(Shape::least_width).collect();
-    let width = |n: usize| widths[grains.shape[n] as usize] * grains.scale[n];
-    let left = engine.departures().least_scale.iter().zip(&widths).map(|(scale, width)| scale * width);
-    let least = (0..grains.owned()).map(width).chain(left).fold(Real::INFINITY, Real::min);
-    domain.min(least) / domain.grid().spacing.max_element()
 }
 
 /// The first two vectors of a grain's gathered sums.

@@ -1,4 +1,4 @@
-//! The exchange where liquid has only the open part of the cells as its room ([`crate::grains::room`]): what the equations of the whole
+//! The exchange of surfaces, where liquid has only the open part of the cells as its room ([`crate::grains::room`]): what the equations of the whole
 //! cells owe to the covered part is the load of the grains.
 
 use sazanami_dem::Motion;
@@ -7,17 +7,14 @@ use sazanami_numerics::{Real, Vector};
 
 use super::imprint::Imprint;
 use super::loads::{self, FluidLoad};
-use super::surface::SOLID;
-use super::{CouplingState, Exchange, GrainPhase, exchange, sum_over_ranks, vectors};
-use crate::flow::Flow;
-use crate::grains::room::{LiquidRoom, Room};
+use super::{GrainPhase, sum_over_ranks, vectors};
+use crate::grains::room::Room;
 use crate::momentum::Impulses;
 
 impl GrainPhase {
-    /// Solid fraction from which on a cell has no room for liquid, if liquid has only the open part of the cells.
-    pub(crate) fn without_room(&self) -> Option<Real> {
-        let solid = if self.coupling.exchange == Exchange::Surface { SOLID } else { 1.0 };
-        (!self.is_empty() && self.coupling.room == LiquidRoom::Open).then_some(solid)
+    /// Whether liquid has only the open part of the cells.
+    pub(crate) fn leaves_room(&self) -> bool {
+        self.has_surfaces()
     }
 
     /// Volume fractions and velocities of the grains in their new places, for the room that they leave.
@@ -33,27 +30,19 @@ impl GrainPhase {
 
     /// Sets force and torque on each owned grain over `dt` \[s]: what the cells owe it, the friction, and the deferred impulse.
     pub(super) fn load_open(&mut self, domain: &Domain, room: &mut Room, gravity: Vector, dt: Real) -> Impulses {
-        let surfaces = self.has_surfaces();
-        self.share_out(domain, room, surfaces);
+        self.share_out(domain, room, true);
         let fluid_weight = room.take_given(domain);
         self.force.clear();
         self.torque.clear();
         let (mut weight, mut held) = (Vector::ZERO, Vector::ZERO);
         for n in 0..self.engine.grains().owned() {
             let grains = self.engine.grains();
-            let [mut impulse, mut turn] = vectors(&self.partial[n]);
+            let [impulse, turn] = vectors(&self.partial[n]);
             let free = grains.motion[n] == Motion::Free;
             let mass = grains.mass[n];
-            if surfaces {
-                let mut state = self.surface_state(n);
-                [state.motion, state.rotation] = self.without_rest(n, gravity, dt);
-                self.set_surface_state(n, state);
-            } else {
-                let state = self.coupling_state(n);
-                impulse += Vector::from_array(state.impulse);
-                turn += Vector::from_array(state.angular_impulse);
-                self.set_coupling_state(n, state.without_impulse());
-            }
+            let mut state = self.surface_state(n);
+            [state.motion, state.rotation] = self.without_rest(n, gravity, dt);
+            self.set_surface_state(n, state);
             if free {
                 weight += mass * gravity * dt;
             } else {
@@ -66,29 +55,11 @@ impl GrainPhase {
         Impulses { gravity_on_grains: gravity_on_grains - fluid_weight, held_grains, ..Impulses::default() }
     }
 
-    /// Gives the grains in their new places what the cells owe them, in the same step (surfaces) or deferred with what
-    /// back-projection takes.
-    pub(super) fn exchange_open(&mut self, domain: &Domain, flow: &mut Flow, room: &mut Room, dt: Real) -> Impulses {
+    /// Gives the grains in their new places what the cells owe them.
+    pub(super) fn exchange_open(&mut self, domain: &Domain, room: &mut Room, dt: Real) -> Impulses {
         self.share_out(domain, room, false);
         let _ = room.take_given(domain);
-        if self.has_surfaces() {
-            return self.receive(domain, dt, |phase, n| vectors(&phase.partial[n]));
-        }
-        std::mem::swap(&mut self.partial, &mut self.before);
-        let Flow { velocity: u, density, .. } = flow;
-        self.take(domain, u, density, Some(room.open()));
-        exchange::back_project(domain, &self.imprint, u, density);
-        for n in 0..self.engine.grains().owned() {
-            let ([taken, turned], [given, turn]) = (vectors(&self.partial[n]), vectors(&self.before[n]));
-            let mut state: CouplingState = self.coupling_state(n);
-            state.displaced_mass = self.partial[n][6];
-            if self.coupling.exchange == Exchange::Exact {
-                state.impulse = (taken + given).to_array();
-                state.angular_impulse = (turned + turn).to_array();
-            }
-            self.set_coupling_state(n, state);
-        }
-        Impulses::default()
+        self.receive(domain, dt, |phase, n| vectors(&phase.partial[n]))
     }
 
     /// Sums what the cells owe each grain, and the friction on its surface if asked for, at its owner.

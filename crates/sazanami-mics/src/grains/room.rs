@@ -22,11 +22,11 @@
 
 mod settle;
 
-use sazanami_numerics::choices;
 use sazanami_numerics::domain::{Domain, GhostRules};
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
 
+use super::surface::SOLID;
 use super::{GrainPhase, Imprint};
 use crate::boundary::Boundary;
 use crate::flow::Flow;
@@ -34,18 +34,6 @@ use crate::mobility::RowSet;
 use settle::Settler;
 
 pub use settle::SettleReport;
-
-choices! {
-    /// Part of a cell that liquid fills where grains cover some of it.
-    #[derive(Default)]
-    pub enum LiquidRoom {
-        /// The whole cell, the part within grains too.
-        #[default]
-        Whole = "whole",
-        /// The open part.
-        Open = "open",
-    }
-}
 
 /// Rooms smaller than this hold no liquid: their fraction is that of the sweeps.
 const NONE: Real = 1e-9;
@@ -92,17 +80,17 @@ pub(crate) struct Room {
     waits: bool,
     /// Rows with grains, or with another room than that of a whole cell.
     rows: RowSet,
-    /// Solid fraction from which on a cell has no room.
-    solid: Real,
     /// Weight times time of the fluid on the covered part, over all ranks [N s].
     weight: Vector,
     settler: Settler,
 }
 
 impl Room {
-    /// The room beside `grains`, if their coupling asks for it.
+    /// The room beside `grains`, if they act by their surfaces.
     pub fn beside(domain: &Domain, grains: &mut GrainPhase) -> Option<Self> {
-        let solid = grains.without_room()?;
+        if !grains.leaves_room() {
+            return None;
+        }
         let three = || std::array::from_fn(|_| domain.field(0.0));
         let mut room = Self {
             open: domain.field(1.0),
@@ -112,14 +100,13 @@ impl Room {
             excess: domain.field(0.0),
             waits: false,
             rows: RowSet::default(),
-            solid,
             weight: Vector::ZERO,
             settler: Settler::new(domain),
         };
         let imprint = grains.covered_mut();
-        let (alpha, of) = (imprint.solid_fraction.data(), |alpha: Real| open_part(alpha, solid));
+        let alpha = imprint.solid_fraction.data();
         domain.for_each_row(&domain.interior(), room.open.data_mut(), |row, open| {
-            open.iter_mut().zip(&alpha[row.shifted(0)]).for_each(|(open, &alpha)| *open = of(alpha));
+            open.iter_mut().zip(&alpha[row.shifted(0)]).for_each(|(open, &alpha)| *open = open_part(alpha));
         });
         room.complete(domain, imprint);
         Some(room)
@@ -382,7 +369,7 @@ impl Room {
         flow: &mut Flow,
     ) -> SettleReport {
         self.take_up(domain, flow);
-        let Self { open, given, excess, rows, solid, .. } = self;
+        let Self { open, given, excess, rows, .. } = self;
         let Flow { volume_fraction, velocity, fluids, .. } = flow;
         let drho = fluids.liquid_density - fluids.gas_density;
         let alpha = imprint.solid_fraction.data();
@@ -395,7 +382,7 @@ impl Room {
                 return;
             }
             for (i, at) in row.shifted(0).enumerate() {
-                let now = open_part(alpha[at], *solid);
+                let now = open_part(alpha[at]);
                 if now == open[i] {
                     continue;
                 }
@@ -406,11 +393,14 @@ impl Room {
                 open[i] = now;
                 let after = now * fluids.density(c[i]) + drho * excess[i];
                 let densities = [density, fluids.density(c[i])];
+                let is_light = after <= LIGHT * before.abs().max(densities[1]);
                 for (d, (u, given)) in [(&mut *u1, &mut *g1), (u2, g2), (u3, g3)].into_iter().enumerate() {
                     if alpha[at] > 0.0 {
                         let now = beside_grains(u[i], densities, moving[d][at], alpha[at]);
                         given[i] += before * u[i] - after * now;
                         u[i] = now;
+                    } else if is_light {
+                        given[i] += (before - after) * u[i];
                     } else {
                         u[i] *= before / after;
                     }
@@ -459,6 +449,6 @@ impl Room {
 }
 
 /// The open part of a cell covered by `alpha`.
-fn open_part(alpha: Real, solid: Real) -> Real {
-    if alpha < solid { 1.0 - alpha } else { 0.0 }
+fn open_part(alpha: Real) -> Real {
+    if alpha < SOLID { 1.0 - alpha } else { 0.0 }
 }

@@ -40,7 +40,7 @@ impl Solver {
             pass.load();
         }
         let Self { domain, boundary, flow, grains, room, .. } = self;
-        report.impulses += grains.load(domain, flow, room.as_mut(), gravity, dt);
+        report.impulses += grains.load(domain, room.as_mut(), gravity, dt);
         watch(Phase::Grains);
         report.contacts = grains.advance(domain, gravity, dt)?;
         watch(Phase::Coupling);
@@ -80,8 +80,8 @@ impl Solver {
             StoredMomentum::TERMS.iter().zip(stored.terms()).map(|(&(_, sign), term)| sign * term).sum()
         };
         let before = total(self.momentum());
-        let Self { domain, grains, flow, .. } = self;
-        grains.take_departed(domain, flow)?;
+        let Self { domain, grains, .. } = self;
+        grains.take_departed(domain)?;
         Ok(total(self.momentum()) - before)
     }
 }

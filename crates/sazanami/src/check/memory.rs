@@ -1,6 +1,5 @@
 //! Memory that a case takes, and whether the machine has it.
 
-use sazanami_mics::grains::room::LiquidRoom;
 use sazanami_mics::viscosity::ViscosityScheme;
 use sazanami_numerics::Real;
 
@@ -69,9 +68,8 @@ fn fluid_memory(case: &Case, model: &CostModel) -> Real {
 /// Memory of the fields, and of the liquid in pictures [bytes per cell].
 fn per_cell(case: &Case, model: &CostModel) -> Real {
     let surfaces = matches!(exchange_of(case, &[]), Some((Exchange::Surface, _)));
-    let room = case.coupling.room == LiquidRoom::Open && !case.grains.is_empty();
     let implicit = !matches!(case.fluid.viscosity, ViscosityScheme::Explicit | ViscosityScheme::Off);
-    let asked = [(surfaces, MEMORY_SURFACES), (room, MEMORY_ROOM), (implicit && !surfaces, MEMORY_ACCELERATION)];
+    let asked = [(surfaces, MEMORY_SURFACES + MEMORY_ROOM), (implicit && !surfaces, MEMORY_ACCELERATION)];
     let extra: Real = asked.iter().filter(|(asked, _)| *asked).map(|(_, bytes)| bytes).sum();
     model.memory_cell + extra + pictures::memory_per_cell(case, model)
 }

@@ -44,7 +44,7 @@ pub(crate) fn exchange_of(case: &Case, shapes: &[ShapeFacts]) -> Option<(Exchang
     };
     let narrowest = case.grains.iter().enumerate().map(width).fold(Real::INFINITY, Real::min);
     let cells = narrowest / case.domain.spacing().max_element();
-    Some((case.coupling.exchange.for_width(cells), cells))
+    Some((case.coupling.exchange, cells))
 }
 
 fn population_report(case: &Case, population: &Population, facts: &ShapeFacts) -> PopulationReport {

@@ -287,7 +287,7 @@ fn the_literal_preset_follows_the_letter() {
     assert_eq!(mixed.coupling.exchange, Exchange::Exact);
     assert!(matches!(mixed.fluid.step, Step::Adaptive { .. }));
     let recommended = case_of(&plain, &[]);
-    assert_eq!((recommended.coupling.exchange, recommended.grains[0].mass_override), (Exchange::Auto, None));
+    assert_eq!((recommended.coupling.exchange, recommended.grains[0].mass_override), (Exchange::Surface, None));
 }
 
 #[test]

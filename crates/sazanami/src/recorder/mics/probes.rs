@@ -48,7 +48,7 @@ pub(super) const COLUMNS: ProbeColumns<AtPoint, ThroughPlane, OfBody> =
     ProbeColumns { at_point: AT_POINT, through_plane: THROUGH_PLANE, of_body: OF_BODY };
 
 const AT_POINT: &[Cell<AtPoint>] = quantities! {
-    "liquid_fraction", "", "volume fraction C of the liquid; with `coupling.room = \"open\"` its share of the open part, empty where there is none"
+    "liquid_fraction", "", "volume fraction C of the liquid; beside grains its share of the open part, empty where there is none (with `exchange = \"surface\"`)"
         => |at| at.liquid_fraction.into();
     "pressure", "Pa", "pressure" => |at| at.pressure.into();
     "velocity_1", "m/s", "velocity along x1" => |at| at.velocity.x.into();
