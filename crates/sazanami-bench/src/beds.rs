@@ -21,7 +21,7 @@ use sazanami::case::meaning::{BedFile, BoundarySide, Case, ContactSphereChoice, 
 use sazanami::case::{self, LoadedCase};
 
 /// The paper's case, as shipped.
-const PAPER: &str = include_str!("../../../cases/raindrop/paper.toml");
+const PAPER: &str = include_str!("../cases/raindrop/paper.toml");
 /// Its path in the repository.
 const PLACE: &str = "cases/raindrop/paper.toml";
 /// Tiles of the bed of a wave tank, along x1.

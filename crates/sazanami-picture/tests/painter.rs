@@ -5,8 +5,8 @@ use std::io::BufReader;
 use std::path::Path;
 
 use sazanami::artist::{
-    Artist as _, BedSurface, Colouring, CraterCap, ErosionPoint, Figure, LayerHistory, RippleHistory, Scene, SideView,
-    Surfaces,
+    Amount, Artist as _, BedSurface, Colouring, CraterCap, ErosionPoint, Figure, LayerHistory, RippleHistory, Scene,
+    SideView, Surfaces,
 };
 use sazanami_io::BodyPose;
 use sazanami_numerics::geometry::{ContactSphereRule, Shape, VolumeRule};
@@ -155,10 +155,9 @@ fn pictures_of_all_times_have_one_frame_and_a_rim_only_with_a_crater() {
         rim_radius: 2e-3,
         rim_height: 4e-3,
         depth: 1e-3,
-        volume: 7e-9,
-        uncertainty: 1e-9,
+        below_rim: Amount { volume: 6e-9, uncertainty: 1e-9, doubts: String::new() },
+        cap: Amount { volume: 7e-9, uncertainty: 1e-9, doubts: String::new() },
         noise: 0.0,
-        rim_at_edge: false,
     };
     let surface = BedSurface {
         axis: 4e-3,

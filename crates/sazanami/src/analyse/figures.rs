@@ -33,13 +33,15 @@ pub(super) fn draw_figures(folder: &Path, summary: &Value, output: &mut Output) 
     list_files(folder, summary)
 }
 
-/// `, V = 68.81 ± 12.04 mm³ at 15.0 ms` as the summary has it; nothing without a crater.
+/// `, 61.27 ± 3.04 mm³ below the rim at 15.0 ms` as the summary has it, with what speaks against it; nothing without a crater.
 fn volume_words(summary: &Value) -> String {
     let found = &summary["observables"]["erosion"];
-    let [volume, half] = ["volume_mm3", "volume_uncertainty_mm3"].map(|key| found[key].as_f64());
+    let [volume, half] = ["volume_below_rim_mm3", "volume_below_rim_uncertainty_mm3"].map(|key| found[key].as_f64());
+    let doubts = found["volume_below_rim_doubts"].as_str();
+    let doubts = doubts.map_or_else(String::new, |doubts| format!(" (not reliable: {doubts})"));
     match (volume, half, summary["time_s"].as_f64()) {
         (Some(volume), Some(half), Some(time)) => {
-            format!(", V = {volume:.2} ± {half:.2} mm³ at {:.1} ms", 1e3 * time)
+            format!(", {volume:.2} ± {half:.2} mm³ below the rim at {:.1} ms{doubts}", 1e3 * time)
         }
         _ => String::new(),
     }
