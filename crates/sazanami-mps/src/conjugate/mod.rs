@@ -366,14 +366,38 @@ impl Columns {
             });
         }
         let (divergence, surroundings) = (&self.divergence[..], &self.surroundings[..]);
+        let expansion = self.expansion(step, &equation.rows[..owned]);
         for_each_chunk(&mut equation.rows[..owned], ROWS, |number, rows| {
             for (row, entry) in rows.iter_mut().enumerate().filter(|(_, entry)| entry.diagonal > 0.0) {
                 let a = number * ROWS + row;
-                let wanted = expansion(step, surroundings[a].density, entry.beside_surface);
+                let wanted = expansion(surroundings[a].density, entry.beside_surface);
                 entry.right = step.settings.fluid.density / step.dt * (wanted - divergence[a]);
             }
         });
         self.still.take_from(matrix, &equation.blocks, &mut equation.rows[..owned]);
+        if self.closed {
+            let rows = &mut equation.rows[..owned];
+            self.still.press(step, matrix, (&equation.blocks, rows), &particles.kind, &mut near.ghosts);
+        }
+    }
+
+    /// Divergence that relaxes a number density [1/s]; beside the surface a low one is no error. In a closed box it is that beyond
+    /// the mean, which nothing can relax.
+    fn expansion<'a>(&self, step: &'a Context<'_>, rows: &[Row]) -> impl Fn(Real, bool) -> Real + Sync + use<'a> {
+        let sums = &step.kernel.sums;
+        let of = move |density: Real, beside_surface: bool| {
+            let strain = (density - sums.number_density) / (3.0 * sums.strain);
+            let strain = if beside_surface { strain.max(0.0) } else { strain };
+            strain / (step.settings.scheme.relaxation * step.flow_time)
+        };
+        let surroundings = &self.surroundings[..];
+        let in_row = |a: usize| {
+            let inside = rows[a].diagonal > 0.0;
+            if inside { [of(surroundings[a].density, rows[a].beside_surface), 1.0] } else { [0.0; 2] }
+        };
+        let [sum, number] = if self.closed { step.domain.sum(sum_of(rows.len(), in_row)) } else { [0.0, 1.0] };
+        let mean = sum / number.max(1.0);
+        move |density, beside_surface| of(density, beside_surface) - mean
     }
 
     /// Solves for the pressure.
@@ -424,13 +448,14 @@ impl Columns {
             }
         });
         let (mass, surroundings, rows) = (step.particle_mass(), &self.surroundings[..], &equation.rows[..]);
+        let expansion = self.expansion(step, &rows[..owned]);
         let inverse_void = &self.voids.start.inverse[..];
         let sums = step.domain.sum(sum_of(owned, |a| {
             let change = -factor * gradient[a];
             let by_walls = inverse_void[a] * change;
             let whole = change.dot(free[a] + 0.5 * change);
             let inside = rows[a].diagonal > 0.0;
-            let wanted = if inside { expansion(step, surroundings[a].density, rows[a].beside_surface) } else { 0.0 };
+            let wanted = if inside { expansion(surroundings[a].density, rows[a].beside_surface) } else { 0.0 };
             [by_walls.x, by_walls.y, by_walls.z, factor * wanted * pressure[a], whole]
         }));
         let [relaxation, whole] = [mass * sums[3], mass * sums[4]];
@@ -477,14 +502,6 @@ impl Columns {
         let [work] = step.domain.sum(sum_of(ways.len(), |a| [ways[a].dot(step.forcing.body_force)]));
         [longest, -step.particle_mass() * work]
     }
-}
-
-/// Divergence that relaxes a number `density` [1/s]; beside the surface a low one is no error.
-fn expansion(step: &Context<'_>, density: Real, beside_surface: bool) -> Real {
-    let sums = &step.kernel.sums;
-    let strain = (density - sums.number_density) / (3.0 * sums.strain);
-    let strain = if beside_surface { strain.max(0.0) } else { strain };
-    strain / (step.settings.scheme.relaxation * step.flow_time)
 }
 
 /// Gives wall particles beside fluid the pressure of the fluid that they mirror, for whoever looks at it; others have none.
