@@ -107,8 +107,8 @@ fn check_sides(case: &Case, cx: &mut Context<'_>) {
     let any = |wanted: BoundarySide| case.boundary.iter().flatten().any(|side| *side == wanted);
     if any(BoundarySide::NoSlip) && any(BoundarySide::Slip) {
         cx.report
-            .error(span, "walls of moving particles are all alike")
-            .label("some of these hold the fluid, others do not")
+            .error(span, "walls of moving particles have one kind of friction")
+            .label("both `no_slip` and `slip` walls are given")
             .help("choose \"no_slip\" or \"slip\" for all walls");
     }
 }
@@ -159,7 +159,7 @@ fn check_conjugate(cx: &mut Context<'_>, particles: &Particles) {
         let span = cx.places.of("particles.radius");
         cx.report
             .error_at(span, format!("`radius` is below {CONJUGATE_RADIUS}, the least of `projection = \"conjugate\"`"))
-            .label(format!("with {} water on a lattice does not stay at rest", particles.radius))
+            .label(format!("with {}, still water does not stay at rest", particles.radius))
             .help(format!("write `radius = {CONJUGATE_RADIUS}` or more, or leave it out"));
     }
 }
@@ -201,7 +201,7 @@ fn check_smoothing(case: &Case, cx: &mut Context<'_>) {
     } else if smoothing < largest {
         cx.report
             .error_at(span, "`smoothing` is smaller than a grain")
-            .label("water between grains does not see them, water within one sees nothing else")
+            .label("the void fraction would be 1 between grains and 0 within them")
             .help(format!("take {least} mm at least, 2.5 times the largest grain"));
     } else if smoothing < wide * (1.0 - 1e-9) {
         cx.report

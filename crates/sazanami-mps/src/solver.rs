@@ -23,14 +23,14 @@ pub use crate::report::{EnergyChanges, Phase, StepReport};
 use crate::scheme::{Fluid, Kernel, Projection};
 pub use crate::settings::{Forcing, Settings};
 use crate::stabilisation::Stabiliser;
-use crate::stability::{Rates, Step};
+use crate::stability::{Rates, StableStep};
 use crate::surface_test::SurfaceTest;
 use crate::walls::Walls;
 use phases::Phases;
 
-/// Columns over particles that the phases of a step hand to each other, kept for their memory.
+/// Columns over particles that the phases of the published scheme hand to each other, kept for their memory.
 #[derive(Debug, Default)]
-struct Columns {
+struct PublishedColumns {
     /// Void fraction, at the present or the predicted positions.
     voids: Voids,
     /// Velocities of the viscous term, mirrored at walls [m/s].
@@ -69,8 +69,8 @@ pub struct Solver {
     near: Arrangement,
     equation: PressureEquation,
     pub(crate) grains: GrainPhase,
-    columns: Columns,
-    conjugate: crate::conjugate::Columns,
+    columns: PublishedColumns,
+    conjugate: crate::conjugate::ConjugateColumns,
     pub(crate) mean_flow: Option<MeanFlow>,
 }
 
@@ -116,7 +116,7 @@ impl Solver {
 
     /// The longest stable next step under a body force [m/s^2], beside that which holds a mean velocity.
     #[must_use]
-    pub fn stable_step(&self, body_force: Vector) -> Step {
+    pub fn stable_step(&self, body_force: Vector) -> StableStep {
         let body_force = body_force + self.driving()[0];
         let Fluid { spacing, viscosity, .. } = self.settings.fluid;
         let rates = Rates {

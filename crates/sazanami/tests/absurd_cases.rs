@@ -97,7 +97,10 @@ fn a_laboratory_that_cannot_be_found_is_refused() {
     let oscillation = "frame.oscillation={amplitude=[\"1 m/s^2\",\"0 m/s^2\",\"0 m/s^2\"],frequency=\"1 Hz\"}";
     let found = |changes: &[&str]| findings(RAINDROP, changes);
     let (runs, texts) = found(&[laboratory, oscillation]);
-    assert!(!runs && texts.iter().any(|text| text.contains("the way to the laboratory is not known")), "{texts:#?}");
+    assert!(
+        !runs && texts.iter().any(|text| text.contains("the position of the box in the laboratory is not known")),
+        "{texts:#?}"
+    );
     assert!(found(&[oscillation]).0 && found(&[laboratory]).0);
 }
 

@@ -4,7 +4,7 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::particles::{Columns as _, WALL};
 use sazanami_numerics::{Real, Vector};
 
-use super::{Columns, FluidParticle, Solver};
+use super::{FluidParticle, PublishedColumns, Solver};
 use crate::arrangement::Arrangement;
 use crate::boundary::Tank;
 use crate::error::SetupError;
@@ -100,8 +100,8 @@ impl Solver {
             walls: initial,
             near: Arrangement::default(),
             equation: PressureEquation::default(),
-            columns: Columns::default(),
-            conjugate: crate::conjugate::Columns::default(),
+            columns: PublishedColumns::default(),
+            conjugate: crate::conjugate::ConjugateColumns::default(),
             mean_flow: None,
         })
     }

@@ -40,7 +40,7 @@ pub(crate) enum Cause {
     Grains(usize),
 }
 
-/// Step length and step counts of a case, as far as its start tells.
+/// Length of the time step and number of steps, estimated from the initial state of a case.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Pace {
     /// Limits on the step, shortest first.
@@ -332,7 +332,7 @@ fn of_grid(
     let speed = |of: Vector| super::number(of.length(), 3);
     let rule = |of: GridLimit| match of {
         GridLimit::Advective => {
-            let part = if stirs(case) { "; half of it once the gas moves with the liquid" } else { "" };
+            let part = if stirs(case) { "; about half of that once the liquid has set the gas in motion" } else { "" };
             format!("{} / sum of speed over cell edge, speeds {} m/s{part}", bounds.courant, speed(flow))
         }
         GridLimit::Viscous => "1 / (2 nu sum of 1/dx^2)".to_owned(),
