@@ -137,7 +137,7 @@ pub fn check_fall(case: &Case, cx: &mut Context<'_>) {
         );
         if !resists(case, d) {
             cx.report
-                .error_at(place, format!("everything falls {along} for ever"))
+                .error_at(place, format!("everything falls {along} without end"))
                 .label("these sides are periodic, and nothing bears the weight or holds the flow back")
                 .help(way_out);
         } else if pull[d].abs() >= pull.abs().max_element() && !case.grains.iter().any(is_held) {

@@ -225,7 +225,7 @@ mod tests {
         let can = |path: &str| !told(path).contains("cannot be changed");
         assert!(can("ripples.margin=5 mm") && can("ripples.measured.0.time=1 s"));
         let gathered = told("ripples.layer_thickness=1 m");
-        assert!(gathered.contains("gathered during the run"), "{gathered}");
+        assert!(gathered.contains("sampled during the run"), "{gathered}");
         assert!(gathered.contains("`ripples.margin` and `ripples.measured` can be"), "{gathered}");
         assert!(told("ripples.margn=5 mm").contains("did you mean `ripples.margin`?"));
         assert!(told("ripples={}").contains("cannot be changed afterwards"));

@@ -89,7 +89,7 @@ impl Pace {
         };
         limits.extend(
             longest_in_swing(case)
-                .map(|longest| limit(SWING, longest, format!("a period of what swings over {STEPS_OF_SWING}"))),
+                .map(|longest| limit(SWING, longest, format!("period of the shaking or of the driving over {STEPS_OF_SWING}"))),
         );
         limits.retain(|limit| !limit.dt_s.is_nan() && limit.dt_s != Real::INFINITY);
         let stable = limits.iter().map(|limit| limit.dt_s).reduce(Real::min).unwrap_or(case.run.until);

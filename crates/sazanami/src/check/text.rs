@@ -272,7 +272,7 @@ fn cost(text: &mut String, case: &Case, report: &CheckReport) {
         if report.threads == 1 { "" } else { "s" },
         parts.join(", ")
     );
-    let _ = writeln!(text, "              an estimate: half of it or twice as much may come out");
+    let _ = writeln!(text, "              an estimate, good to a factor of two");
     if let Some(ranks) = &report.ranks {
         shared(text, ranks);
     }

@@ -36,7 +36,7 @@ summed! {
         overfull_volume: Real, "m^3", "volume by which grains overlap within cells";
         outside_volume: Real, "m^3", "volume of grains outside the box";
         #[serde(default)]
-        room_difference: Real, "m^3", "liquid in full cells without their room beside grains, or room without liquid";
+        room_difference: Real, "m^3", "liquid in full cells beyond the volume that grains leave open, or open volume without liquid";
         grain_speed: Real, "m/s", "speed of a grain";
     }
 }
