@@ -11,12 +11,12 @@ use crate::driven;
 use crate::liquids_at_walls;
 use crate::presets::Solver;
 use crate::read::Context;
-use crate::tables::{BoundarySide, GrainPlacement, OutputFrame, Population, Projection, RunEnd, place_of_side};
+use crate::tables::{BoundarySide, GrainPlacement, OutputFrame, Population, PressureForm, RunEnd, place_of_side};
 use crate::units::rounded;
 
 /// Reports what does not fit together across the tables of a case.
 pub fn check(case: &Case, cx: &mut Context<'_>) {
-    if case.fluid.projection == Projection::Incremental && !case.liquids.is_empty() {
+    if case.fluid.projection == PressureForm::Incremental && !case.liquids.is_empty() {
         let span = cx.places.of("fluid.projection");
         cx.report
             .warning(span, "incremental projection with two fluids")

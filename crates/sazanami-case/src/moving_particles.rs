@@ -3,7 +3,7 @@
 mod films;
 mod gates;
 
-use sazanami_mps::scheme::{CONJUGATE_RADIUS, Projection};
+use sazanami_mps::scheme::{CONJUGATE_RADIUS, ParticleProjection};
 use sazanami_numerics::Real;
 
 use crate::case::Case;
@@ -155,7 +155,7 @@ fn check_spheres(case: &Case, cx: &mut Context<'_>) {
 
 /// The conjugate projection has a least radius.
 fn check_conjugate(cx: &mut Context<'_>, particles: &Particles) {
-    if particles.projection == Projection::Conjugate && particles.radius < CONJUGATE_RADIUS {
+    if particles.projection == ParticleProjection::Conjugate && particles.radius < CONJUGATE_RADIUS {
         let span = cx.places.of("particles.radius");
         cx.report
             .error_at(span, format!("`radius` is below {CONJUGATE_RADIUS}, the least of `projection = \"conjugate\"`"))
@@ -257,7 +257,7 @@ fn check_seeded_ripples(case: &Case, cx: &mut Context<'_>) {
 fn check_lattice(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
     let span = cx.places.at("domain");
     // Between grains particles are larger by the conjugate projection, and so are their radii.
-    let widens = particles.projection == Projection::Conjugate && !case.grains.is_empty();
+    let widens = particles.projection == ParticleProjection::Conjugate && !case.grains.is_empty();
     let size = if widens { case.overlap.least_void.cbrt().recip() } else { 1.0 };
     let reach = size * particles.radius * particles.spacing;
     let extent = case.domain.extent();

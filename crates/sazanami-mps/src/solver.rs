@@ -20,7 +20,7 @@ use crate::number_density::{NumberDensity, Prediction, Sample};
 use crate::particles::{Kind, Particles, Role};
 use crate::pressure::PressureEquation;
 pub use crate::report::{EnergyChanges, Phase, StepReport};
-use crate::scheme::{Fluid, Kernel, Projection};
+use crate::scheme::{Fluid, Kernel, ParticleProjection};
 pub use crate::settings::{Forcing, Settings};
 use crate::stabilisation::Stabiliser;
 use crate::stability::{Rates, StableStep};
@@ -88,7 +88,7 @@ impl Solver {
     /// not periodic.
     #[must_use]
     pub fn reduced_force(&self, body_force: Vector) -> Vector {
-        if self.settings.scheme.projection == Projection::Conjugate {
+        if self.settings.scheme.projection == ParticleProjection::Conjugate {
             return Vector::ZERO;
         }
         Vector::select(self.periods.length.cmpgt(Vector::ZERO), Vector::ZERO, body_force)
@@ -138,8 +138,8 @@ impl Solver {
         let (body_force, by_volume) = (forcing.body_force + all, forcing.by_volume + by_volume);
         let forcing = &Forcing { body_force, by_volume, ..*forcing };
         let mut report = match self.settings.scheme.projection {
-            Projection::Conjugate => self.step_conjugate(dt, forcing, watch),
-            Projection::Enhanced => self.step_enhanced(dt, forcing, watch),
+            ParticleProjection::Conjugate => self.step_conjugate(dt, forcing, watch),
+            ParticleProjection::Enhanced => self.step_enhanced(dt, forcing, watch),
         }?;
         if let Some(mut flow) = self.mean_flow {
             let level = flow.above();
@@ -160,7 +160,7 @@ impl Solver {
         Ok(report)
     }
 
-    /// The step of [`Projection::Enhanced`].
+    /// The step of [`ParticleProjection::Enhanced`].
     fn step_enhanced(
         &mut self,
         dt: Real,

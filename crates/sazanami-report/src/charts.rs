@@ -360,6 +360,20 @@ mod tests {
     }
 
     #[test]
+    fn measured_surfaces_stand_beside_those_of_the_run() {
+        let bed = table("step,time [s],x [m],z [m]\n0,0,0,1e-2\n0,0,1e-2,2e-2\n");
+        let chart = tank_profiles("bed", &bed, "z").unwrap();
+        let with = chart.clone().with_measured(2.5, &[[1e-3, 3e-2], [4e-3, 5e-2], [9e-3, 4e-2]]).json();
+        assert_eq!((chart.tables.len(), with["tables"][0].clone()), (1, chart.json()["tables"][0].clone()));
+        let measured = &with["tables"][1];
+        assert_eq!(
+            (&measured["x"], &measured["curves"][0]["y"]),
+            (&json!([1.0, 4.0, 9.0]), &json!([30.0, 50.0, 40.0]))
+        );
+        assert_eq!(measured["curves"][0]["label"], "experiment, t = 2500 ms");
+    }
+
+    #[test]
     fn long_tables_are_thinned_to_their_end() {
         let rows: String = (0..5001).map(|n| format!("{n},{n},{n}\n")).collect();
         let chart = &of_series(&table(&format!("step,time [s],dt [s]\n{rows}")))[0];

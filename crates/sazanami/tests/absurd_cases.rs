@@ -61,7 +61,11 @@ fn runs_that_come_to_no_end_are_refused() {
             (RAINDROP, "run.until=1e300 s", "would not come to its end"),
             (RIPPLES, "contact.default.normal_stiffness=1e30 N/m", "1.0e30 N/m ask for"),
             (RIPPLES, "dem.film_roughness=1e-20 m", "the film between grains asks for"),
-            (RIPPLES, "dem.allowed_error=2e-6", "no length of the contact sub-steps keeps the error of impacts within 2e-6"),
+            (
+                RIPPLES,
+                "dem.allowed_error=2e-6",
+                "no length of the contact sub-steps keeps the error of impacts within 2e-6",
+            ),
             (RAINDROP, "dem={allowed_error=0.01,substeps=20}", "`substeps` gives their number"),
             (RIPPLES, "frame.acceleration=[\"1e9 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"]", "this body force"),
             (RAINDROP, "gravity=1e9 m/s^2", "this body force"),

@@ -1,7 +1,7 @@
 //! Checks of gates against the other tables of a case.
 
 use sazanami_mps::gates::{self, MOST_GATES};
-use sazanami_mps::scheme::Projection;
+use sazanami_mps::scheme::ParticleProjection;
 use sazanami_numerics::Real;
 
 use crate::case::Case;
@@ -22,7 +22,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
         return;
     }
     let Some(particles) = &case.particles else { return };
-    if particles.projection == Projection::Enhanced {
+    if particles.projection == ParticleProjection::Enhanced {
         let forced = ["particles.projection", "preset"];
         let place = forced.into_iter().find_map(|key| cx.places.of(key)).unwrap_or(span.clone());
         cx.report

@@ -18,7 +18,7 @@ use crate::walls::Walls;
 use crate::{momentum, motion};
 
 impl Solver {
-    /// The step of [`Projection::Conjugate`](crate::scheme::Projection::Conjugate).
+    /// The step of [`ParticleProjection::Conjugate`](crate::scheme::ParticleProjection::Conjugate).
     pub(super) fn step_conjugate(
         &mut self,
         dt: Real,

@@ -87,10 +87,9 @@ impl Pace {
             Some(particles) if case.solver == Solver::Mps => of_particles(case, particles, speeds),
             _ => of_grid(case, populations, speeds),
         };
-        limits.extend(
-            longest_in_swing(case)
-                .map(|longest| limit(SWING, longest, format!("period of the shaking or of the driving over {STEPS_OF_SWING}"))),
-        );
+        limits.extend(longest_in_swing(case).map(|longest| {
+            limit(SWING, longest, format!("period of the shaking or of the driving over {STEPS_OF_SWING}"))
+        }));
         limits.retain(|limit| !limit.dt_s.is_nan() && limit.dt_s != Real::INFINITY);
         let stable = limits.iter().map(|limit| limit.dt_s).reduce(Real::min).unwrap_or(case.run.until);
         let ends = StepEnds::of(case);

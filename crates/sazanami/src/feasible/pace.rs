@@ -106,7 +106,13 @@ impl Search<'_> {
             let errors = impact_errors(case, populations, &interactions, longest.contact).unwrap_or_default();
             let help = "allow a larger error; strong damping, `tension = true` and `contact_start = \"sub_step\"` cost accuracy";
             self.report
-                .error_at(place, format!("no length of the contact sub-steps keeps the error of impacts within {}", rounded(allowed)))
+                .error_at(
+                    place,
+                    format!(
+                        "no length of the contact sub-steps keeps the error of impacts within {}",
+                        rounded(allowed)
+                    ),
+                )
                 .label(format!(
                     "the shortest, {} s, is off by {} in restitution and {} in spin",
                     rounded(longest.contact),

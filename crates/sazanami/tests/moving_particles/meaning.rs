@@ -6,7 +6,7 @@ use sazanami::case;
 use sazanami::case::meaning::Solver;
 use sazanami::case::resolved::{self, Paths};
 use sazanami::error::{CommandError, exit};
-use sazanami_mps::scheme::Projection;
+use sazanami_mps::scheme::ParticleProjection;
 use sazanami_numerics::Real;
 
 use crate::support::{Scratch, load};
@@ -24,7 +24,7 @@ fn the_projection_suits_the_case_and_the_radius_the_projection() {
         let Some(particles) = case.particles else { panic!("moving particles") };
         (particles.projection, particles.radius)
     };
-    let (conjugate, enhanced) = (Projection::Conjugate, Projection::Enhanced);
+    let (conjugate, enhanced) = (ParticleProjection::Conjugate, ParticleProjection::Enhanced);
     assert_eq!(of(dam, &[]), (conjugate, 2.6));
     assert_eq!(of(dam, &["particles.radius=3.1"]), (conjugate, 3.1));
     assert_eq!(of(dam, &["particles.projection=enhanced"]), (enhanced, 3.1));
@@ -72,7 +72,7 @@ fn defaults_written_out_mean_the_same() {
         let case = load(&text, &[]).case;
         assert_eq!(
             case.particles.as_ref().map(|particles| particles.projection),
-            Some(Projection::Conjugate),
+            Some(ParticleProjection::Conjugate),
             "{name}"
         );
         let whole: toml::Table = resolved::write(&case, Paths::AsGiven).parse().expect("the copy is TOML");
