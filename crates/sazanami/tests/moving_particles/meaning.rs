@@ -27,7 +27,12 @@ fn the_projection_suits_the_case_and_the_radius_the_projection() {
     let (conjugate, enhanced) = (ParticleProjection::Conjugate, ParticleProjection::Enhanced);
     assert_eq!(of(dam, &[]), (conjugate, 2.6));
     assert_eq!(of(dam, &["particles.radius=3.1"]), (conjugate, 3.1));
-    assert_eq!(of(dam, &["particles.projection=enhanced"]), (enhanced, 3.1));
+    let alone = case::parse(Path::new("dam.toml"), dam, &["particles.projection=enhanced".to_owned()]);
+    let alone = alone.expect_err("without its preset").to_string();
+    assert!(
+        alone.contains("part of `preset = \"paper_literal\"`") && alone.contains("leave `projection` out"),
+        "{alone}"
+    );
     assert_eq!(of(&format!("preset = \"paper_literal\"\n{dam}"), &[]), (enhanced, 3.1));
     assert_eq!(of(TANK, &[]), (conjugate, 2.6));
     assert_eq!(of(&format!("preset = \"paper_literal\"\n{TANK}"), &[]), (enhanced, 3.1));
