@@ -52,7 +52,7 @@ const LEAST_SURFACE: Real = 1e-3;
 
 /// Columns over particles, kept for their memory.
 #[derive(Debug, Default)]
-pub(crate) struct Columns {
+pub(crate) struct ConjugateColumns {
     pub voids: VoidColumns,
     pub pairs: Pairs,
     /// Velocities relative to the walls [m/s].
@@ -82,7 +82,7 @@ pub(crate) struct Columns {
     /// Means of `ways`.
     means: Vec<Vector>,
     /// Whether grains move with the pressure of the step.
-    pub gives_way: bool,
+    pub moves_grains: bool,
     /// Velocity changes by drag [m/s].
     pub drag: Vec<Vector>,
     roles: Vec<u8>,
@@ -92,7 +92,7 @@ pub(crate) struct Columns {
     pub new: Motion,
 }
 
-impl Columns {
+impl ConjugateColumns {
     /// `D` and `G` at the start of the step.
     pub fn operators(&self) -> Operators<'_> {
         Operators { pairs: &self.pairs, sums: &self.sums, slope: &self.slope }
@@ -105,7 +105,7 @@ impl Columns {
     }
 
     /// Pairs, moments, velocity gradients and roles at the start of the step.
-    pub fn surround(
+    pub fn sum_over_pairs(
         &mut self,
         step: &Context<'_>,
         (mirrors, widest): (&Mirrors<'_>, Real),
@@ -198,7 +198,7 @@ impl Columns {
     }
 
     /// Counts of roles and the volume strain; returns the number of pairs nearer than half a spacing.
-    pub fn report(
+    pub fn count_roles(
         &mut self,
         step: &Context<'_>,
         particles: &Particles,
@@ -236,8 +236,8 @@ impl Columns {
         exchange::add_stress(pairs, (&particles.kind, &bulk), moments, &mut self.received);
     }
 
-    /// Velocities without the pressure; returns the work of the damping \[J].
-    pub fn move_freely(
+    /// Velocities with viscosity, body force and damping, without the pressure; returns the work of the damping \[J].
+    pub fn add_viscosity_and_body_force(
         &mut self,
         step: &Context<'_>,
         tank: &Tank,
@@ -311,7 +311,7 @@ impl Columns {
     }
 
     /// Takes over the predicted velocities, drag included, and the rates of the void fraction there.
-    pub fn take_drag(
+    pub fn take_predicted_velocities(
         &mut self,
         step: &Context<'_>,
         tank: &mut Tank,
@@ -323,8 +323,8 @@ impl Columns {
         self.voids.predict(step, tank, particles, &self.new, grains)
     }
 
-    /// Velocity of a particle or ghost without the pressure of the step, after [`Self::take_drag`] [m/s].
-    pub fn unpressed(&self, step: &Context<'_>, a: usize) -> Vector {
+    /// Velocity of a particle or ghost without the pressure of the step, after [`Self::take_predicted_velocities`] [m/s].
+    pub fn velocity_without_pressure(&self, step: &Context<'_>, a: usize) -> Vector {
         self.velocity[a] + step.forcing.wall_velocity
     }
 
@@ -353,7 +353,7 @@ impl Columns {
                 *div += rate[a] + slope[a].dot(free[a] + walls - present[a]);
             }
         });
-        if self.gives_way {
+        if self.moves_grains {
             let (factor, old) = (step.dt / step.settings.fluid.density, &particles.gradient[..]);
             let ways = &mut self.ways;
             set_column(ways, particles.len(), |a| factor * (bulk.own(a) - 1.0) * old[a]);
@@ -401,7 +401,7 @@ impl Columns {
     }
 
     /// Solves for the pressure.
-    pub fn project(
+    pub fn solve_pressure(
         &mut self,
         step: &Context<'_>,
         near: &mut Arrangement,
@@ -422,7 +422,7 @@ impl Columns {
 
     /// New velocities and positions; returns the impulse of the walls \[N s], and the kinetic energy (relative to the walls)
     /// that the pressure adds by relaxing the number density, and otherwise \[J].
-    pub fn apply_pressure(
+    pub fn correct_velocities(
         &mut self,
         step: &Context<'_>,
         particles: &mut Particles,
