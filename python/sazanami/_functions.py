@@ -87,7 +87,7 @@ def analyse(
 ) -> List[str]:
     """Evaluates one run again, with other keys if they are given, or compares several; returns lines for people.
 
-    As ``sazanami analyse``: what is found with other keys goes into the folder ``analysis`` of the run, tables and figures of
+    As ``sazanami analyse``: what is found with other keys goes into the folder ``analysis`` of the run, tables of
     a comparison into ``out``.
     """
     several = [folders] if isinstance(folders, (str, os.PathLike)) else list(folders)

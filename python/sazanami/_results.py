@@ -123,7 +123,7 @@ class Results:
 
     @property
     def ripples(self) -> Optional[Dict[str, Any]]:
-        """Ripples of the bed at the end, their growth and migration; ``None`` if the case asks for none."""
+        """Mound and ripples of the bed at the end, and growth of its relief; ``None`` if the case asks for none."""
         return self.observables.get("ripples")
 
     @property

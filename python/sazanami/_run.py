@@ -309,7 +309,7 @@ class Run:
 
     @property
     def ripples(self) -> Optional[Dict[str, Any]]:
-        """Ripples at the end, their growth and migration; ``None`` if the case asks for none."""
+        """Mound and ripples at the end, and growth of the relief; ``None`` if the case asks for none."""
         return self.results.ripples
 
 

@@ -131,9 +131,11 @@ fn bed_forms(run: &Finished) -> Vec<Headline> {
         Some((format!("{} long", length?), format!("{} high, highest at x1 = {}", height?, crest?)))
     };
     let of_ripples = || {
-        let [apart, height] = ["wavelength_mm", "height_mm"].map(|key| mm(crested, key));
+        let [apart, error, height] =
+            ["wavelength_mm", "wavelength_uncertainty_mm", "height_mm"].map(|key| mm(crested, key));
         let crests = crested["crests_mm"].as_array()?.len();
-        Some((format!("{} apart", apart?), format!("{crests} crests, {} high", height?)))
+        let error = error.map_or_else(String::new, |error| format!(" ± {error}"));
+        Some((format!("{}{error} apart", apart?), format!("{crests} crests, {} high", height?)))
     };
     [of("Mound", mound, of_mound()), of("Ripples", crested, of_ripples())].into_iter().flatten().collect()
 }

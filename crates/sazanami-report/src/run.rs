@@ -1,6 +1,9 @@
 //! The report on one run.
 
+use std::path::PathBuf;
+
 use sazanami::analyse;
+use sazanami::case::meaning::Measured;
 use sazanami::case::{Changed, DefaultValue, changed};
 use sazanami::error::CommandError;
 use sazanami::finished::Finished;
@@ -104,15 +107,30 @@ fn view_section(html: &mut Html, run: &Finished, view: Option<&View>) {
 fn charts_of(run: &Finished) -> Result<Vec<Chart>, CommandError> {
     let mut found = Vec::new();
     found.extend(run.table(CRATER_PROFILES)?.and_then(|table| charts::crater_profiles(&table)));
-    if let Some(table) = run.table(BED_PROFILES)? {
-        found.extend(charts::tank_profiles("Surface of the bed", &table, "z_concentration"));
-    }
-    if let Some(table) = run.table(WATER_PROFILES)? {
-        found.extend(charts::tank_profiles("Surface of the water", &table, "z"));
-    }
+    found.extend(surface(run, BED_PROFILES, "Surface of the bed", "z_concentration", |at| at.bed.as_ref())?);
+    found.extend(surface(run, WATER_PROFILES, "Surface of the water", "z", |at| at.water.as_ref())?);
     found.extend(run.table(LAYER_MEANS)?.map(|table| charts::of_layers(&table)).unwrap_or_default());
     found.extend(charts::of_series(&run.series));
     Ok(found)
+}
+
+/// A surface along the tank, and what an experiment measured of it.
+fn surface(
+    run: &Finished,
+    table: &str,
+    title: &str,
+    column: &str,
+    file: fn(&Measured) -> Option<&PathBuf>,
+) -> Result<Option<Chart>, CommandError> {
+    let case = &run.case.case;
+    let measured = case.ripples.iter().flat_map(|ripples| &ripples.measured);
+    let add = |chart: Chart, at: &Measured| match file(at).map(|file| case.measured_profile(file, at.time)) {
+        Some(Ok(Some(profile))) => chart.with_measured(at.time, &profile.points),
+        // What is missing or damaged is among the findings.
+        _ => chart,
+    };
+    let chart = run.table(table)?.and_then(|table| charts::tank_profiles(title, &table, column));
+    Ok(chart.map(|chart| measured.fold(chart, add)))
 }
 
 /// Program, machine, times, and the keys that make this case.

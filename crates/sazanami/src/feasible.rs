@@ -419,7 +419,7 @@ impl Search<'_> {
                 let span = self.loaded.places.at(&format!("grains.{n}.placement.bed.relax"));
                 self.report
                     .error(span, format!("`{}` cannot come to rest beside grains that are packed", population.name))
-                    .label("the run packs the others without it")
+                    .label("the packing of the other grains would not include it")
                     .help(APART);
             }
         }

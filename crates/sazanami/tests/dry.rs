@@ -40,7 +40,8 @@ figures = { at = [] }
 until = "20 ms"
 "#;
 
-const WATER: &str = "[[liquid]]\nregion.box = { lower = [\"0 mm\", \"0 mm\", \"0 mm\"], upper = [\"10 mm\", \"10 mm\", \"3 mm\"] }\n";
+const WATER: &str =
+    "[[liquid]]\nregion.box = { lower = [\"0 mm\", \"0 mm\", \"0 mm\"], upper = [\"10 mm\", \"10 mm\", \"3 mm\"] }\n";
 
 #[test]
 fn dry_grains_fall_and_pay_for_no_water() {

@@ -20,8 +20,8 @@ const LONGEST: Real = 1e-3;
 const LIMITS: StepLimits = StepLimits::up_to(LONGEST);
 
 choices! {
-    /// Projection onto divergence-free velocities.
-    pub enum Projection {
+    /// Form of the pressure in the projection onto divergence-free velocities.
+    pub enum PressureForm {
         /// The whole pressure every step.
         Full = "full",
         /// The pressure's increment (single-phase flow, second order in time).
@@ -180,9 +180,9 @@ pub struct FluidOptions {
     #[key(word, default)]
     pub limiter: Limiter,
     /// Projection onto divergence-free velocities.
-    #[key(word, default = Projection::Full, paper_literal = (Yagyu, Projection::Incremental,
+    #[key(word, default = PressureForm::Full, paper_literal = (Yagyu, PressureForm::Incremental,
           "C-ISMAC, the authors' solver, advances the pressure's increment"))]
-    pub projection: Projection,
+    pub projection: PressureForm,
     /// Treatment of viscosity.
     #[key(word, default = suited_to(projection), says = "`auto`; `crank_nicolson` with `projection = \"incremental\"`")]
     pub viscosity: ViscosityScheme,
@@ -215,10 +215,10 @@ pub struct FluidOptions {
     pub gas: Fluid,
 }
 
-fn suited_to(projection: Projection) -> ViscosityScheme {
+fn suited_to(projection: PressureForm) -> ViscosityScheme {
     match projection {
-        Projection::Full => ViscosityScheme::Auto,
-        Projection::Incremental => ViscosityScheme::CrankNicolson,
+        PressureForm::Full => ViscosityScheme::Auto,
+        PressureForm::Incremental => ViscosityScheme::CrankNicolson,
     }
 }
 

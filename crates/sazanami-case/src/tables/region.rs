@@ -143,7 +143,7 @@ impl Region {
             Self::Union(parts) => {
                 if parts.is_empty() {
                     cx.report
-                        .error(at.span.clone(), "a union of nothing holds nothing")
+                        .error(at.span.clone(), "a union needs at least one shape")
                         .label("expected a list of shapes");
                 }
                 parts.iter_mut().for_each(|part| part.check(at, cx));

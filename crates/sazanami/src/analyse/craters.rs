@@ -8,12 +8,10 @@ use sazanami_numerics::Real;
 use sazanami_observe::comparison::{Comparison, RunResult, Series};
 use sazanami_observe::erosion::RIM_AT_EDGE;
 
-use super::figures::free_path;
 use super::lines::{aligned, number};
-use super::output::{Output, undone};
+use super::output::{Output, free_path, undone};
 use super::summary_file::summary;
 use super::table::Table;
-use crate::artist::{ErosionPoint, Figure};
 use crate::case;
 use crate::case::meaning::{FluidName, Region};
 use crate::error::CommandError;
@@ -113,33 +111,18 @@ pub(super) fn comparable(folders: &[PathBuf]) -> Result<(Vec<RunResult>, Vec<Str
     Ok((alike.into_iter().map(|(_, run)| run).collect(), lines))
 }
 
-/// Compares runs: a table for the terminal and as a file, and a figure, both into the folder `out`.
+/// Compares runs: a table for the terminal, and as a file in the folder `out`.
 pub(super) fn several(folders: &[PathBuf], out: &Path, output: &mut Output) -> Result<Vec<String>, CommandError> {
     let (runs, mut lines) = comparable(folders)?;
     let comparison = Comparison::of(runs);
-    let groups: Vec<(String, Vec<ErosionPoint>)> = comparison.series.iter().map(points).collect();
-    if !groups.is_empty() {
-        let path = free_path(out, "erosion-against-momentum", "png");
-        output.draw(&Figure::Erosion { title: "Erosion volume against momentum", groups: &groups }, &path)?;
-    }
     let header = Comparison::COLUMNS.map(|(name, _)| name.to_owned());
     let rows = comparison.rows();
     if !rows.is_empty() {
-        write(&free_path(out, "crater-comparison", "csv"), &header, &rows, output)?;
+        write(&free_path(out, "crater-comparison"), &header, &rows, output)?;
     }
     lines.extend(aligned(&header, &rows));
     lines.extend(comparison.series.iter().flat_map(conclusions));
     Ok(lines)
-}
-
-/// Points of a series for the figure.
-fn points(series: &Series) -> (String, Vec<ErosionPoint>) {
-    let points = series.runs.iter().map(|run| ErosionPoint {
-        momentum: run.momentum,
-        volume: run.volume,
-        uncertainty: run.uncertainty,
-    });
-    (format!("D_{{H}}/D_{{V}} = {:.1}", series.axis_ratio), points.collect())
 }
 
 /// Writes the table of a comparison as CSV.

@@ -5,7 +5,7 @@ use std::path::Path;
 use sazanami_numerics::Real;
 use serde_json::Value;
 
-use super::figures::newest_picture;
+use super::output::newest_picture;
 
 /// The number at `path` in a JSON value, if there is one.
 pub(super) fn number(value: &Value, path: &[&str]) -> Option<Real> {

@@ -10,7 +10,7 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::RegionFractions;
 use sazanami_numerics::{Real, Vector};
 
-use crate::case::meaning::{Case, FluidName, LiquidRegion, Placement, Projection, Step};
+use crate::case::meaning::{Case, FluidName, LiquidRegion, Placement, PressureForm, Step};
 
 /// Properties of the two fluids.
 pub(crate) fn fluids(case: &Case) -> Fluids {
@@ -32,8 +32,8 @@ pub fn flow(case: &Case, domain: &Domain) -> Flow {
         limiter: options.limiter,
         viscosity: options.viscosity,
         carrier: match options.projection {
-            Projection::Full => Carrier::Start,
-            Projection::Incremental => Carrier::Middle,
+            PressureForm::Full => Carrier::Start,
+            PressureForm::Incremental => Carrier::Middle,
         },
         ..Schemes::default()
     };
@@ -55,7 +55,7 @@ pub fn settings(case: &Case) -> Settings {
             divergence: case.fluid.divergence_tolerance,
             max_iterations: case.fluid.pressure_iterations,
         },
-        incremental: case.fluid.projection == Projection::Incremental,
+        incremental: case.fluid.projection == PressureForm::Incremental,
     }
 }
 

@@ -40,7 +40,7 @@ pub(crate) enum Cause {
     Grains(usize),
 }
 
-/// Step length and step counts of a case, as far as its start tells.
+/// Length of the time step and number of steps, estimated from the initial state of a case.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Pace {
     /// Limits on the step, shortest first.
@@ -87,10 +87,9 @@ impl Pace {
             Some(particles) if case.solver == Solver::Mps => of_particles(case, particles, speeds),
             _ => of_grid(case, populations, speeds),
         };
-        limits.extend(
-            longest_in_swing(case)
-                .map(|longest| limit(SWING, longest, format!("a period of what swings over {STEPS_OF_SWING}"))),
-        );
+        limits.extend(longest_in_swing(case).map(|longest| {
+            limit(SWING, longest, format!("period of the shaking or of the driving over {STEPS_OF_SWING}"))
+        }));
         limits.retain(|limit| !limit.dt_s.is_nan() && limit.dt_s != Real::INFINITY);
         let stable = limits.iter().map(|limit| limit.dt_s).reduce(Real::min).unwrap_or(case.run.until);
         let ends = StepEnds::of(case);
@@ -332,7 +331,7 @@ fn of_grid(
     let speed = |of: Vector| super::number(of.length(), 3);
     let rule = |of: GridLimit| match of {
         GridLimit::Advective => {
-            let part = if stirs(case) { "; half of it once the gas moves with the liquid" } else { "" };
+            let part = if stirs(case) { "; about half of that once the liquid has set the gas in motion" } else { "" };
             format!("{} / sum of speed over cell edge, speeds {} m/s{part}", bounds.courant, speed(flow))
         }
         GridLimit::Viscous => "1 / (2 nu sum of 1/dx^2)".to_owned(),

@@ -177,7 +177,7 @@ fn step(text: &mut String, case: &Case, report: &CheckReport) {
     }
     let _ = writeln!(text, "\nstep limits at the start (shorter ones may come up in the run)");
     for limit in &report.limits {
-        let mark = if limit.rules { "  <- rules" } else { "" };
+        let mark = if limit.rules { "  <- sets the step" } else { "" };
         let _ = writeln!(text, "  {:<13} {:.3e} s  {}{mark}", limit.name, limit.dt_s, limit.rule);
     }
     if report.fluid_passes > 1 {
@@ -285,7 +285,7 @@ fn cost(text: &mut String, case: &Case, report: &CheckReport) {
         if report.threads == 1 { "" } else { "s" },
         parts.join(", ")
     );
-    let _ = writeln!(text, "              an estimate: half of it or twice as much may come out");
+    let _ = writeln!(text, "              an estimate, good to a factor of two");
     if let Some(ranks) = &report.ranks {
         shared(text, ranks);
     }

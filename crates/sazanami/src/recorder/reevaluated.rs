@@ -3,7 +3,6 @@
 use sazanami_dem::Engine;
 use sazanami_mics::boundary::Boundary;
 use sazanami_mics::snapshot::GRAINS;
-use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::snapshot::Snapshot;
@@ -35,8 +34,6 @@ pub(crate) struct Reevaluated {
     bed: Option<BedFindings>,
     heap: Option<Result<Heap, HeapError>>,
     findings: Findings,
-    /// The crater evaluation of the bed before the impact.
-    initial: Option<Erosion>,
     /// Why the splash cannot be evaluated.
     no_splash: Option<&'static str>,
 }
@@ -95,9 +92,8 @@ impl Beds {
         found.heap = heap_settings(case).map(|settings| Heap::of(&now, &settings));
         if let Some(settings) = erosion_settings(case) {
             found.findings.drops = drops(case);
-            found.initial = before.as_ref().and_then(|before| Erosion::of(before, &settings, None).ok());
             let initial: Option<InitialBed> = match &before {
-                Some(_) => found.initial.as_ref().map(Erosion::as_initial),
+                Some(before) => Erosion::of(before, &settings, None).ok().as_ref().map(Erosion::as_initial),
                 None => initial_heights(&self.snapshot),
             };
             found.findings.set_erosion(Erosion::of(&now, &settings, initial.as_ref()));
@@ -141,16 +137,4 @@ impl Reevaluated {
         }
         observables
     }
-
-    /// Smoothed surfaces of the bed before the impact and of the crater, where there are: radius \[m] and height \[m].
-    pub fn surfaces(&self) -> [Option<Vec<[Real; 2]>>; 2] {
-        [&self.initial, &self.findings.erosion].map(|erosion| erosion.as_ref().map(surface))
-    }
-}
-
-/// Radius \[m] and height \[m] of the layers that hold grains.
-fn surface(erosion: &Erosion) -> Vec<[Real; 2]> {
-    let surface = &erosion.surface;
-    let layers = surface.heights.iter().enumerate();
-    layers.filter_map(|(n, height)| height.map(|height| [surface.radius(n), height])).collect()
 }

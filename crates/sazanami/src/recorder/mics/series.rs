@@ -109,7 +109,7 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<GridObserver>] = quantities! 
         => |row| of_budget(row, |budget| budget.residual().z);
     "momentum_residual_relative", "", "the residual of all directions over the largest term of the budget"
         => |row| of_budget(row, MomentumBudget::relative_residual);
-    "front", "m", "largest x1 of the interface in rows of cells: where the liquid of the last cell at least half full, and of the next, would end"
+    "front", "m", "largest x1 that the interface reaches in a row of cells, by the liquid of its last cell at least half full and of the next"
         => |row| row.observer.front.into();
 };
 
