@@ -206,7 +206,7 @@ mod tests {
         let packed = divided("raindrop/quick", &[], 4).unwrap();
         assert!((packed.grain_imbalance.unwrap() - packed.imbalance).abs() < 1e-12, "{packed:?}");
         let column = divided("heap/column", &[], 2).unwrap();
-        assert!(column.grain_imbalance.unwrap() > 1.9 && column.imbalance < 1.1, "{column:?}");
+        assert!(column.grain_imbalance.unwrap() > 1.9 && column.imbalance < 1.3, "{column:?}");
         assert_eq!(divided("examples/channel", &[], 2).unwrap().grain_imbalance, None);
     }
 
