@@ -172,7 +172,8 @@ fn completed(words: &[&str]) -> String {
         words[words.len() - 1],
         words[words.len() - 2],
     );
-    let output = Command::new("bash").args(["-c", &script, env!("CARGO_BIN_EXE_sazanami")]).output().unwrap();
+    let output = Command::new("bash").args(["-c", &script, env!("CARGO_BIN_EXE_sazanami")]).output();
+    let output = output.expect("bash can be started");
     assert!(output.status.success(), "{}", errors(&output));
     String::from_utf8_lossy(&output.stdout).trim().to_owned()
 }
