@@ -12,7 +12,7 @@
 //! Zemach (1992), J. Comput. Phys. 100, 335; balance: Francois et al. (2006), J. Comput. Phys. 213, 141, and Popinet (2009), J. Comput.
 //! Phys. 228, 5838.
 //!
-//! On a face kappa is the mean of the cells beside it that have an interface. At walls the liquid meets the wall at 90 degrees: it goes
+//! On a face kappa is the mean of the cells beside it that have an interface; that of cells where heights fail has a weight of C (1 - C). At walls the liquid meets the wall at 90 degrees: it goes
 //! on behind as its mirror image.
 
 mod curvature;
@@ -28,13 +28,16 @@ use crate::flow::Flow;
 use crate::fluids::Fluids;
 use crate::interface::neighbourhood;
 use crate::mobility::{Mobility, RowSet};
-use curvature::{Found, Surroundings};
+use curvature::{Found, Surroundings, largest_curvature};
 use heights::Heights;
 
 /// Curvature of a cell without one [1/m].
 const NONE: Real = Real::MAX;
 /// Curvature of a cell with an interface whose curvature cannot be told [1/m].
 const UNKNOWN: Real = Real::INFINITY;
+
+/// Least weight of a curvature by a fit. That of a cell which the interface hardly touches is known least: C (1 - C).
+const LEAST_WEIGHT: Real = 1e-3;
 
 /// Where the curvature of the interface comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,7 +55,7 @@ pub struct SurfaceTensionReport {
     pub by_columns: u64,
     /// Cells whose curvature came from the paraboloid nearest to heights or planes.
     pub by_fit: u64,
-    /// Cells whose curvature was larger than that of a sphere of a cell's radius, which it was set to.
+    /// Cells by a fit whose curvature was larger than that of a sphere of a cell's radius, which it was set to.
     pub limited: u64,
     /// Cells with an interface whose curvature could not be told; the faces beside them take that of the other side.
     pub unknown: u64,
@@ -77,8 +80,8 @@ pub struct SurfaceTension {
     heights: Heights,
     /// In the cells, one ghost layer filled [1/m].
     curvature: Field<Real>,
-    /// What that of each cell was found from, by [`Found`].
-    found: Field<u8>,
+    /// Weight of that of each cell on its faces, one ghost layer filled: 1 from columns, less from a fit, 0 where there is none.
+    weight: Field<f32>,
     /// Jump of the pressure across the lower faces \[Pa].
     jump: [Field<Real>; 3],
     /// Rows with an interface, and with the rows beside them: those of faces with a jump.
@@ -98,7 +101,7 @@ impl SurfaceTension {
             of,
             heights: Heights::new(domain, boundary),
             curvature: domain.field(NONE),
-            found: domain.field(0),
+            weight: domain.field(0.0),
             jump: std::array::from_fn(|_| domain.field(0.0)),
             rows: Default::default(),
             ends,
@@ -162,17 +165,20 @@ impl SurfaceTension {
             Curvature::Found => {
                 self.heights.find(domain, &flow.volume_fraction);
                 let around = Surroundings { c, heights: &self.heights, strides, spacing: domain.grid().spacing };
-                let fields = (self.curvature.data_mut(), self.found.data_mut());
-                domain.for_each_row(&domain.interior(), fields, |row, (kappa, found)| {
-                    for ((kappa, found), at) in kappa.iter_mut().zip(found).zip(row.shifted(0)) {
-                        let (value, from) = if around.has_interface(at) {
-                            around.curvature(at).unwrap_or((UNKNOWN, Found::Unknown))
+                let fields = (self.curvature.data_mut(), self.weight.data_mut());
+                domain.for_each_row(&domain.interior(), fields, |row, (kappa, weight)| {
+                    for ((kappa, weight), at) in kappa.iter_mut().zip(weight).zip(row.shifted(0)) {
+                        (*kappa, *weight) = if !around.has_interface(at) {
+                            (NONE, 0.0)
+                        } else if let Some((kappa, found)) = around.curvature(at) {
+                            let by_fit = (c[at] * (1.0 - c[at])).max(LEAST_WEIGHT) as f32;
+                            (kappa, if found == Found::Columns { 1.0 } else { by_fit })
                         } else {
-                            (NONE, Found::Nothing)
+                            (UNKNOWN, 0.0)
                         };
-                        (*kappa, *found) = (value, from as u8);
                     }
                 });
+                domain.fill_halos_to(1, &mut [(&mut self.weight, &GhostRules::EVEN)]);
                 domain.fill_halos_to(1, &mut [(&mut self.curvature, &GhostRules::EVEN)]);
             }
         }
@@ -183,7 +189,7 @@ impl SurfaceTension {
             kappa.data()[start..start + domain.cells()[0] + 2].iter().any(|&kappa| kappa.abs() < NONE)
         });
         beside.and_beside(domain, with);
-        let kappa = kappa.data();
+        let (kappa, weight) = (kappa.data(), self.weight.data());
         for (d, jump) in self.jump.iter_mut().enumerate() {
             let (behind, last) = (strides[d] as usize, domain.cells()[d] as isize);
             let ends = self.ends[d];
@@ -198,7 +204,7 @@ impl SurfaceTension {
                     *jump = if difference == 0.0 || is_end {
                         0.0
                     } else {
-                        self.coefficient * difference * on_face(kappa[at - behind], kappa[at])
+                        self.coefficient * difference * on_face([kappa[at - behind], kappa[at]], [weight[at - behind], weight[at]])
                     };
                 }
             });
@@ -208,13 +214,19 @@ impl SurfaceTension {
 
     /// Counts what the curvature was found from.
     fn count(&mut self, domain: &Domain) {
-        let (found, rows) = (self.found.data(), &self.rows[0]);
+        let (kappa, weight, rows) = (self.curvature.data(), self.weight.data(), &self.rows[0]);
+        let largest = largest_curvature(domain.grid().spacing);
         let counts = domain.sum_rows(&domain.interior(), |row| {
             let mut counts = [0.0; 4];
             if rows.holds(row.j, row.k) {
-                for kind in [Found::Columns, Found::Fit, Found::Limited, Found::Unknown] {
-                    let cells = found[row.shifted(0)].iter().filter(|&&found| found == kind as u8);
-                    counts[kind as usize - 1] += cells.count() as Real;
+                for at in row.shifted(0).filter(|&at| kappa[at] != NONE) {
+                    counts[if weight[at] == 1.0 {
+                        0
+                    } else if kappa[at] == UNKNOWN {
+                        3
+                    } else {
+                        1 + usize::from(kappa[at].abs() == largest)
+                    }] += 1.0;
                 }
             }
             counts
@@ -339,13 +351,18 @@ pub fn capillary_rate(coefficient: Real, fluids: &Fluids, spacing: Vector, cells
     (4.0 * std::f64::consts::PI * coefficient / (density * edge.powi(3))).sqrt()
 }
 
-/// Curvature on a face between two cells [1/m]: the mean of those known.
+/// Curvature on a face between two cells of curvature `kappa` [1/m]: the mean of those known by their weights.
 #[inline]
-fn on_face(below: Real, above: Real) -> Real {
-    match (below.abs() < NONE, above.abs() < NONE) {
-        (true, true) => 0.5 * (below + above),
-        (true, false) => below,
-        (false, true) => above,
-        (false, false) => 0.0,
+fn on_face(kappa: [Real; 2], weight: [f32; 2]) -> Real {
+    match kappa.map(|kappa| kappa.abs() < NONE) {
+        [true, true] => {
+            let [below, above] = weight.map(Real::from);
+            let sum = below + above;
+            let share = if sum > 0.0 { above / sum } else { 0.5 };
+            kappa[0] + share * (kappa[1] - kappa[0])
+        }
+        [true, false] => kappa[0],
+        [false, true] => kappa[1],
+        [false, false] => 0.0,
     }
 }

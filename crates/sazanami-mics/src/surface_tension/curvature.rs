@@ -13,23 +13,18 @@ use crate::interface::{Facet, Neighbourhood, Plane, mixed_normal, neighbourhood}
 
 /// Weight of the rows beside the middle one in second differences.
 const ASIDE: Real = 0.2;
-/// A curvature above this, times the smallest edge of the cells, is that of what the grid does not resolve.
-const LARGEST: Real = 2.0;
-
 /// What the curvature of a cell was found from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
 pub(super) enum Found {
-    /// There is no interface.
-    Nothing = 0,
     /// Heights in nine columns.
-    Columns = 1,
+    Columns,
     /// A paraboloid near heights or planes.
-    Fit = 2,
-    /// It was larger than the grid resolves.
-    Limited = 3,
-    /// There is an interface, and its curvature cannot be told.
-    Unknown = 4,
+    Fit,
+}
+
+/// Largest curvature on a grid with this `spacing` \[m], that of a sphere of a cell's radius [1/m].
+pub(super) fn largest_curvature(spacing: Vector) -> Real {
+    2.0 / spacing.min_element()
 }
 
 /// The liquid around cells, and where its interface stands.
@@ -58,14 +53,12 @@ impl Surroundings<'_> {
     pub fn curvature(&self, at: usize) -> Option<(Real, Found)> {
         let cells = neighbourhood(self.c, at, self.strides);
         let normal = mixed_normal(&cells)?;
-        let (curvature, found) = self
-            .of_columns(at, normal)
-            .map(|curvature| (curvature, Found::Columns))
-            .or_else(|| Some((self.of_heights(at, &cells)?, Found::Fit)))
-            .or_else(|| Some((self.of_planes(at, &cells)?, Found::Fit)))?;
-        let largest = LARGEST / self.spacing.min_element();
-        let is_resolved = curvature.abs() <= largest;
-        Some(if is_resolved { (curvature, found) } else { (curvature.clamp(-largest, largest), Found::Limited) })
+        if let Some(curvature) = self.of_columns(at, normal) {
+            return Some((curvature, Found::Columns));
+        }
+        let curvature = self.of_heights(at, &cells).or_else(|| self.of_planes(at, &cells))?;
+        let largest = largest_curvature(self.spacing);
+        Some((curvature.clamp(-largest, largest), Found::Fit))
     }
 
     /// From heights in nine columns, those along the steepest component of the normal first.
