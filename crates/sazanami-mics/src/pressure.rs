@@ -185,10 +185,10 @@ impl Projection {
     }
 
     /// Finds the jumps of the pressure by surface tension for the next projection, if there is any; all ghosts of the liquid fraction must
-    /// be filled. Collective.
-    pub fn find_jumps(&mut self, domain: &Domain, flow: &Flow) {
+    /// be filled; `solid` is the solid fraction, one ghost layer filled, if there are grains. Collective.
+    pub fn find_jumps(&mut self, domain: &Domain, flow: &Flow, solid: Option<&[Real]>) {
         if let Some(tension) = &mut self.tension {
-            tension.find(domain, flow);
+            tension.find(domain, flow, solid);
         }
     }
 

@@ -13,14 +13,16 @@
 //! Phys. 228, 5838.
 //!
 //! On a face kappa is the mean of the cells beside it that have an interface; that of cells where heights fail has a weight of C (1 - C). At walls the liquid meets the wall at 90 degrees: it goes
-//! on behind as its mirror image.
+//! on behind as its mirror image. Where grains are, the liquid fraction goes on in the covered part as the transport has it there, and the
+//! interface with it: there is no contact angle. Grains get their part of the jump with that of the pressure, the pull of the line in
+//! which the interface meets them included; between cells that grains cover whole there is none.
 
 mod curvature;
 mod fit;
 mod heights;
 
 use sazanami_numerics::domain::{Domain, GhostRules};
-use sazanami_numerics::grid::Field;
+use sazanami_numerics::grid::{Field, GHOSTS};
 use sazanami_numerics::{Real, Vector};
 
 use crate::boundary::Boundary;
@@ -38,6 +40,9 @@ const UNKNOWN: Real = Real::INFINITY;
 
 /// Least weight of a curvature by a fit. That of a cell which the interface hardly touches is known least: C (1 - C).
 const LEAST_WEIGHT: Real = 1e-3;
+
+/// Solid fraction from which on a cell counts as covered whole, as for its friction.
+const COVERED: Real = 0.99;
 
 /// Where the curvature of the interface comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,15 +78,75 @@ impl std::ops::AddAssign for SurfaceTensionReport {
     }
 }
 
+/// Curvature of the interface in the cells.
+struct Curvatures {
+    /// The curvature [1/m].
+    kappa: Field<Real>,
+    /// Its weight on the faces of the cell: 1 from columns, less from a fit, 0 where there is none.
+    weight: Field<f32>,
+}
+
+impl Curvatures {
+    fn new(domain: &Domain) -> Self {
+        Self { kappa: domain.field(NONE), weight: domain.field(0.0) }
+    }
+
+    /// Finds that of each cell from what is around it.
+    fn find(&mut self, domain: &Domain, around: &Surroundings<'_>) {
+        let c = around.c;
+        let fields = (self.kappa.data_mut(), self.weight.data_mut());
+        domain.for_each_row(&domain.interior(), fields, |row, (kappa, weight)| {
+            for ((kappa, weight), at) in kappa.iter_mut().zip(weight).zip(row.shifted(0)) {
+                (*kappa, *weight) = if !around.has_interface(at) {
+                    (NONE, 0.0)
+                } else if let Some((kappa, found)) = around.curvature(at) {
+                    let by_fit = (c[at] * (1.0 - c[at])).max(LEAST_WEIGHT) as f32;
+                    (kappa, if found == Found::Columns { 1.0 } else { by_fit })
+                } else {
+                    (UNKNOWN, 0.0)
+                };
+            }
+        });
+        self.fill_halos(domain, GHOSTS);
+    }
+
+    /// Takes those of `own`, and where a cell has none from columns that of the cell with the height of its column, if that has one: it
+    /// is of the same place of the interface, and its columns are in reach.
+    fn lend(&mut self, domain: &Domain, around: &Surroundings<'_>, own: &Self) {
+        let (from, by) = (own.kappa.data(), own.weight.data());
+        let fields = (self.kappa.data_mut(), self.weight.data_mut());
+        domain.for_each_row(&domain.interior(), fields, |row, (kappa, weight)| {
+            let cells = row.shifted(0);
+            kappa.copy_from_slice(&from[cells.clone()]);
+            weight.copy_from_slice(&by[cells.clone()]);
+            for ((kappa, weight), at) in kappa.iter_mut().zip(weight).zip(cells) {
+                if *kappa != NONE
+                    && *weight < 1.0
+                    && let Some(lender) = around.lender(at, |at| by[at] == 1.0)
+                {
+                    (*kappa, *weight) = (from[lender], 1.0);
+                }
+            }
+        });
+        self.fill_halos(domain, 1);
+    }
+
+    fn fill_halos(&mut self, domain: &Domain, depth: usize) {
+        let Self { kappa, weight } = self;
+        domain.fill_halos_to(depth, &mut [(kappa, &GhostRules::EVEN)]);
+        domain.fill_halos_to(depth, &mut [(weight, &GhostRules::EVEN)]);
+    }
+}
+
 /// Surface tension on one rank.
 pub struct SurfaceTension {
     coefficient: Real,
     of: Curvature,
     heights: Heights,
-    /// In the cells, one ghost layer filled [1/m].
-    curvature: Field<Real>,
-    /// Weight of that of each cell on its faces, one ghost layer filled: 1 from columns, less from a fit, 0 where there is none.
-    weight: Field<f32>,
+    /// As each cell finds it from what is around it, all ghosts filled.
+    own: Curvatures,
+    /// With what cells lend to those of the same column, one ghost layer filled.
+    lent: Curvatures,
     /// Jump of the pressure across the lower faces \[Pa].
     jump: [Field<Real>; 3],
     /// Rows with an interface, and with the rows beside them: those of faces with a jump.
@@ -100,8 +165,8 @@ impl SurfaceTension {
             coefficient,
             of,
             heights: Heights::new(domain, boundary),
-            curvature: domain.field(NONE),
-            weight: domain.field(0.0),
+            own: Curvatures::new(domain),
+            lent: Curvatures::new(domain),
             jump: std::array::from_fn(|_| domain.field(0.0)),
             rows: Default::default(),
             ends,
@@ -132,20 +197,22 @@ impl SurfaceTension {
         let jump = self.jump.each_ref();
         let inside = |n: isize, last: usize| (0..=last as isize).contains(&n);
         self.rows[1].mark([n2, n3], |j, k| {
-            inside(j, n2) && inside(k, n3) && (0..3).any(|d| {
-                let range = domain.faces(d);
-                let start = jump[d].at(0, j, k);
-                range[1].contains(&j)
-                    && range[2].contains(&k)
-                    && jump[d].data()[start..start + range[0].len()].iter().any(|&t| t != 0.0)
-            })
+            inside(j, n2)
+                && inside(k, n3)
+                && (0..3).any(|d| {
+                    let range = domain.faces(d);
+                    let start = jump[d].at(0, j, k);
+                    range[1].contains(&j)
+                        && range[2].contains(&k)
+                        && jump[d].data()[start..start + range[0].len()].iter().any(|&t| t != 0.0)
+                })
         });
     }
 
     /// Curvature of the interface in the cell at a place in memory [1/m], as it was last found; `None` where there is none.
     #[must_use]
     pub fn curvature(&self, at: usize) -> Option<Real> {
-        let kappa = self.curvature.data()[at];
+        let kappa = self.lent.kappa.data()[at];
         (kappa.abs() < NONE).then_some(kappa)
     }
 
@@ -156,40 +223,29 @@ impl SurfaceTension {
         capillary_rate(self.coefficient, fluids, domain.grid().spacing, domain.grid().cells)
     }
 
-    /// Finds curvature and jump of the liquid in `flow`, ghosts of the liquid fraction filled. Collective.
-    pub fn find(&mut self, domain: &Domain, flow: &Flow) {
+    /// Finds curvature and jump of the liquid in `flow`, ghosts of the liquid fraction filled; within what grains cover whole there is no
+    /// jump: `solid` is the solid fraction, one ghost layer filled, if there are grains. Collective.
+    pub fn find(&mut self, domain: &Domain, flow: &Flow, solid: Option<&[Real]>) {
         let (c, strides) = (flow.volume_fraction.data(), domain.strides());
         let [_, n2, n3] = domain.cells();
         match self.of {
-            Curvature::Given(kappa) => self.curvature.fill(kappa),
+            Curvature::Given(kappa) => self.lent.kappa.fill(kappa),
             Curvature::Found => {
                 self.heights.find(domain, &flow.volume_fraction);
                 let around = Surroundings { c, heights: &self.heights, strides, spacing: domain.grid().spacing };
-                let fields = (self.curvature.data_mut(), self.weight.data_mut());
-                domain.for_each_row(&domain.interior(), fields, |row, (kappa, weight)| {
-                    for ((kappa, weight), at) in kappa.iter_mut().zip(weight).zip(row.shifted(0)) {
-                        (*kappa, *weight) = if !around.has_interface(at) {
-                            (NONE, 0.0)
-                        } else if let Some((kappa, found)) = around.curvature(at) {
-                            let by_fit = (c[at] * (1.0 - c[at])).max(LEAST_WEIGHT) as f32;
-                            (kappa, if found == Found::Columns { 1.0 } else { by_fit })
-                        } else {
-                            (UNKNOWN, 0.0)
-                        };
-                    }
-                });
-                domain.fill_halos_to(1, &mut [(&mut self.weight, &GhostRules::EVEN)]);
-                domain.fill_halos_to(1, &mut [(&mut self.curvature, &GhostRules::EVEN)]);
+                let Self { own, lent, .. } = self;
+                own.find(domain, &around);
+                lent.lend(domain, &around, own);
             }
         }
-        let kappa = &self.curvature;
+        let kappa = &self.lent.kappa;
         let [with, beside] = &mut self.rows;
         with.mark([n2, n3], |j, k| {
             let start = kappa.at(-1, j, k);
             kappa.data()[start..start + domain.cells()[0] + 2].iter().any(|&kappa| kappa.abs() < NONE)
         });
         beside.and_beside(domain, with);
-        let (kappa, weight) = (kappa.data(), self.weight.data());
+        let (kappa, weight) = (kappa.data(), self.lent.weight.data());
         for (d, jump) in self.jump.iter_mut().enumerate() {
             let (behind, last) = (strides[d] as usize, domain.cells()[d] as isize);
             let ends = self.ends[d];
@@ -201,10 +257,13 @@ impl SurfaceTension {
                     let index = [row.first + i as isize, row.j, row.k][d];
                     let difference = c[at] - c[at - behind];
                     let is_end = (ends[0] && index == 0) || (ends[1] && index == last);
-                    *jump = if difference == 0.0 || is_end {
+                    let is_inside = solid.is_some_and(|alpha| alpha[at - behind].min(alpha[at]) >= COVERED);
+                    *jump = if difference == 0.0 || is_end || is_inside {
                         0.0
                     } else {
-                        self.coefficient * difference * on_face([kappa[at - behind], kappa[at]], [weight[at - behind], weight[at]])
+                        self.coefficient
+                            * difference
+                            * on_face([kappa[at - behind], kappa[at]], [weight[at - behind], weight[at]])
                     };
                 }
             });
@@ -214,7 +273,7 @@ impl SurfaceTension {
 
     /// Counts what the curvature was found from.
     fn count(&mut self, domain: &Domain) {
-        let (kappa, weight, rows) = (self.curvature.data(), self.weight.data(), &self.rows[0]);
+        let (kappa, weight, rows) = (self.lent.kappa.data(), self.lent.weight.data(), &self.rows[0]);
         let largest = largest_curvature(domain.grid().spacing);
         let counts = domain.sum_rows(&domain.interior(), |row| {
             let mut counts = [0.0; 4];
@@ -273,8 +332,7 @@ impl SurfaceTension {
         let gained = |d: usize, at: usize| {
             let (jump, stride) = (self.jump[d].data(), domain.strides()[d] as usize);
             let (below, above) = (at - stride, at + stride);
-            (dt / domain.grid().spacing[d])
-                * (jump[at] / (rho[below] + rho[at]) + jump[above] / (rho[at] + rho[above]))
+            (dt / domain.grid().spacing[d]) * (jump[at] / (rho[below] + rho[at]) + jump[above] / (rho[at] + rho[above]))
         };
         let [u1, u2, u3] = velocity.each_mut().map(Field::data_mut);
         domain.for_each_row(&domain.interior(), (u1, u2, u3), |row, (u1, u2, u3)| {

@@ -18,8 +18,7 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{Communicator, Solo, run_ranks, with_threads};
 
 const SIGMA: Real = 1.0;
-const FLUIDS: Fluids =
-    Fluids { liquid_density: 1.0, gas_density: 1.0, liquid_viscosity: 0.01, gas_viscosity: 0.01 };
+const FLUIDS: Fluids = Fluids { liquid_density: 1.0, gas_density: 1.0, liquid_viscosity: 0.01, gas_viscosity: 0.01 };
 
 /// Share of the cell around `centre` on which `inside` is negative: a function that changes sign at most once along a line in the
 /// direction `along`, integrated on 48 x 48 lines.
@@ -86,7 +85,13 @@ fn fill(
 /// Direction of the largest component.
 fn largest(v: Vector) -> usize {
     let v = v.abs();
-    if v.x >= v.y && v.x >= v.z { 0 } else if v.y >= v.z { 1 } else { 2 }
+    if v.x >= v.y && v.x >= v.z {
+        0
+    } else if v.y >= v.z {
+        1
+    } else {
+        2
+    }
 }
 
 fn periodic_box(cells: [usize; 3], size: Vector) -> (Domain, Boundary) {
@@ -106,14 +111,17 @@ fn error_of(
     let mut flow = Flow::new(&domain, FLUIDS, Schemes::default());
     fill(&domain, &boundary, &mut flow, inside, steepest);
     let mut tension = SurfaceTension::new(&domain, &boundary, SIGMA, Curvature::Found);
-    tension.find(&domain, &flow);
+    tension.find(&domain, &flow, None);
     let c = flow.volume_fraction.data();
     let (mut worst, mut scale): (Real, Real) = (0.0, 0.0);
     for d in 0..3 {
         let (behind, jumps) = (domain.strides()[d] as usize, &tension.jump()[d]);
-        for [k, j, i] in (0..cells.iter().product()).map(|n: usize| [n / cells[0] / cells[1], n / cells[0] % cells[1], n % cells[0]]) {
+        for [k, j, i] in
+            (0..cells.iter().product()).map(|n: usize| [n / cells[0] / cells[1], n / cells[0] % cells[1], n % cells[0]])
+        {
             let at = jumps.at(i as isize, j as isize, k as isize);
-            let face = domain.centre(i as isize, j as isize, k as isize) - 0.5 * domain.grid().spacing * Vector::AXES[d];
+            let face =
+                domain.centre(i as isize, j as isize, k as isize) - 0.5 * domain.grid().spacing * Vector::AXES[d];
             let (kappa, difference) = (exact(face), c[at] - c[at - behind]);
             worst = worst.max((jumps.data()[at] - SIGMA * kappa * difference).abs());
             scale = scale.max(SIGMA * kappa.abs());
@@ -164,7 +172,7 @@ fn the_curvature_of_a_cosine_is_of_second_order() {
         let mut flow = Flow::new(&domain, FLUIDS, Schemes::default());
         fill(&domain, &boundary, &mut flow, |x| x.z - height(x.x), |_| 2);
         let mut tension = SurfaceTension::new(&domain, &boundary, SIGMA, Curvature::Found);
-        tension.find(&domain, &flow);
+        tension.find(&domain, &flow, None);
         let mut worst: Real = 0.0;
         for i in 0..n as isize {
             let x = wave * domain.centre(i, 0, 0).x;
@@ -272,9 +280,11 @@ impl Case {
 fn fastest(solver: &Solver) -> Real {
     let domain = solver.domain();
     let flow = solver.flow();
-    let of = |field: &[Real]| domain.max_rows(&domain.interior(), |row| {
-        field[row.shifted(0)].iter().fold(0.0, |worst: Real, u| worst.max(u.abs()))
-    });
+    let of = |field: &[Real]| {
+        domain.max_rows(&domain.interior(), |row| {
+            field[row.shifted(0)].iter().fold(0.0, |worst: Real, u| worst.max(u.abs()))
+        })
+    };
     flow.velocity.iter().chain(&flow.face_velocity).map(|field| of(field.data())).fold(0.0, Real::max)
 }
 
@@ -340,7 +350,8 @@ fn the_momentum_of_all_forces_is_what_the_fluid_has() {
 }
 
 fn bits(snapshot: &Snapshot) -> Vec<(String, Vec<u64>)> {
-    let fields = ["volume_fraction", "velocity_1", "velocity_2", "velocity_3", "surface_tension_1", "surface_tension_3"];
+    let fields =
+        ["volume_fraction", "velocity_1", "velocity_2", "velocity_3", "surface_tension_1", "surface_tension_3"];
     let all = fields.map(|name| format!("fluid/{name}"));
     let bits_of = |name: &String| snapshot.reals(name).expect("the field").iter().map(|v| v.to_bits()).collect();
     all.iter().map(|name| (name.clone(), bits_of(name))).collect()

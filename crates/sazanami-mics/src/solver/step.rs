@@ -171,7 +171,10 @@ impl<'a> FluidPass<'a> {
             let closing = Closing { response, cut: Some(&cut), ..closing };
             self.projection.close_faces(domain, boundary, closing, self.flow, dt);
         }
-        self.projection.find_jumps(domain, self.flow);
+        if self.projection.tension.is_some() {
+            let solid = self.grains.filled_fraction(domain);
+            self.projection.find_jumps(domain, self.flow, solid);
+        }
         let Flow { density, velocity, face_velocity, .. } = &mut *self.flow;
         let tolerance = &self.settings.tolerance;
         report.pressure += self.projection.project(domain, density, velocity, face_velocity, gravity, dt, tolerance)?;

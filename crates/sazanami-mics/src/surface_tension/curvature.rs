@@ -27,6 +27,13 @@ pub(super) fn largest_curvature(spacing: Vector) -> Real {
     2.0 / spacing.min_element()
 }
 
+/// Directions in which a normal has a component, the largest first, and whether it points up them.
+fn steepest_first(normal: [Real; 3]) -> impl Iterator<Item = (usize, bool)> {
+    let mut order = [0, 1, 2];
+    order.sort_by(|&a, &b| normal[b].abs().total_cmp(&normal[a].abs()));
+    order.into_iter().filter(move |&d| normal[d] != 0.0).map(move |d| (d, normal[d] > 0.0))
+}
+
 /// The liquid around cells, and where its interface stands.
 #[derive(Clone, Copy)]
 pub(super) struct Surroundings<'a> {
@@ -63,9 +70,16 @@ impl Surroundings<'_> {
 
     /// From heights in nine columns, those along the steepest component of the normal first.
     fn of_columns(&self, at: usize, normal: [Real; 3]) -> Option<Real> {
-        let mut order = [0, 1, 2];
-        order.sort_by(|&a, &b| normal[b].abs().total_cmp(&normal[a].abs()));
-        order.into_iter().filter(|&d| normal[d] != 0.0).find_map(|d| self.of_columns_along(d, at, normal[d] > 0.0))
+        steepest_first(normal).find_map(|(d, up)| self.of_columns_along(d, at, up))
+    }
+
+    /// The cell with the height of a column through the cell at `at`, along the steepest component of the normal in which there is one that
+    /// `lends`.
+    pub fn lender(&self, at: usize, lends: impl Fn(usize) -> bool) -> Option<usize> {
+        let normal = mixed_normal(&neighbourhood(self.c, at, self.strides))?;
+        steepest_first(normal)
+            .filter_map(|(d, up)| self.heights.nearest_in_column(d, at, up, 0.0).map(|(_, place)| place))
+            .find(|&place| lends(place))
     }
 
     fn of_columns_along(&self, d: usize, at: usize, up: bool) -> Option<Real> {

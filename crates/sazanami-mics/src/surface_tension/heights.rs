@@ -66,16 +66,22 @@ impl Heights {
     /// The height in the column along `d` through the cell at `at`, from that cell's centre, that is nearest to `near`, both in cells, and
     /// lies within two cells of that cell; with the liquid below if `up`, else above.
     pub fn in_column(&self, d: usize, at: usize, up: bool, near: Real) -> Option<Real> {
+        self.nearest_in_column(d, at, up, near).map(|(h, _)| h)
+    }
+
+    /// The same, and the place in memory of the cell that it lies in.
+    pub fn nearest_in_column(&self, d: usize, at: usize, up: bool, near: Real) -> Option<(Real, usize)> {
         let (values, stride) = (self.fields[d].data(), self.fields[d].strides()[d] as isize);
-        let mut best: Option<Real> = None;
+        let mut best: Option<(Real, usize)> = None;
         for offset in -REACH..=REACH {
-            let value = values[(at as isize + offset * stride) as usize];
+            let place = (at as isize + offset * stride) as usize;
+            let value = values[place];
             if value == 0.0 || (value > 0.0) != up {
                 continue;
             }
             let h = offset as Real + if up { value - SHIFT } else { value + SHIFT };
-            if best.is_none_or(|best| (h - near).abs() < (best - near).abs()) {
-                best = Some(h);
+            if best.is_none_or(|(best, _)| (h - near).abs() < (best - near).abs()) {
+                best = Some((h, place));
             }
         }
         best

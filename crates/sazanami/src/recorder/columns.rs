@@ -128,7 +128,8 @@ impl<P, T, B> ProbeColumns<P, T, B> {
 
 /// The series of an observer as the reference page has it.
 pub(crate) fn series_page<O: Observer>() -> String {
-    let all: Vec<SeriesCell<O>> = series(SeriesParts { crater: false, surface_tension: false, mean_flow: false }).collect();
+    let all: Vec<SeriesCell<O>> =
+        series(SeriesParts { crater: false, surface_tension: false, mean_flow: false }).collect();
     let main = page("A row per observation.", &all);
     let driven = page("With `drive.mean_velocity` also:", Further::<O>::MEAN_FLOW);
     match O::SERIES_OF_CRATER {

@@ -117,12 +117,8 @@ mod tests {
     #[test]
     fn cylinders_and_waves_fill_their_volume() {
         let grid = Grid::new([24, 4, 20], Vector::new(-1.2, -0.2, -1.0), Vector::new(1.2, 0.2, 1.0));
-        let pipe = Region::Cylinder {
-            centre: Vector::new(0.1, 0.0, 0.03),
-            axis: 1,
-            semi_axes: [0.5, 0.7],
-            wave: Wave::NONE,
-        };
+        let pipe =
+            Region::Cylinder { centre: Vector::new(0.1, 0.0, 0.03), axis: 1, semi_axes: [0.5, 0.7], wave: Wave::NONE };
         assert!((total(&pipe, &grid) / (PI * 0.35 * 0.4) - 1.0).abs() < 1e-4);
         let sea = Region::Wavy {
             crest: Vector::new(0.3, 0.0, 0.11),

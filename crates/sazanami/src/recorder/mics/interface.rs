@@ -10,6 +10,8 @@ pub(crate) struct Interface {
     pub energy: Real,
     /// Largest speed of a cell [m/s].
     pub speed: Real,
+    /// Root mean square by mass of the difference from the mean velocity [m/s].
+    pub deviation: Real,
     /// Mean place of the gas \[m]; not a number where there is none.
     pub gas_centre: Vector,
 }
@@ -22,6 +24,20 @@ impl Interface {
         let u = flow.velocity.each_ref().map(sazanami_numerics::grid::Field::data);
         let square = |at: usize| u.iter().map(|u| u[at] * u[at]).sum::<Real>();
         let fastest = domain.max_rows(&domain.interior(), |row| row.shifted(0).map(square).fold(0.0, Real::max));
+        let rho = flow.density.data();
+        let [mass, momenta @ ..] = domain.sum(domain.sum_rows(&domain.interior(), |row| {
+            let mut sums = [0.0; 4];
+            for at in row.shifted(0) {
+                sums[0] += rho[at];
+                (0..3).for_each(|d| sums[1 + d] += rho[at] * u[d][at]);
+            }
+            sums
+        }));
+        let mean = momenta.map(|momentum| momentum / mass);
+        let [deviation] = domain.sum(domain.sum_rows(&domain.interior(), |row| {
+            let off = |at: usize| (0..3).map(|d| (u[d][at] - mean[d]).powi(2)).sum::<Real>();
+            [row.shifted(0).map(|at| rho[at] * off(at)).sum()]
+        }));
         let c = flow.volume_fraction.data();
         let [volume, moments @ ..] = domain.sum(domain.sum_rows(&domain.interior(), |row| {
             let mut sums = [0.0; 4];
@@ -35,6 +51,7 @@ impl Interface {
         Some(Self {
             energy: solver.surface_energy(),
             speed: domain.max(fastest).sqrt(),
+            deviation: (deviation / mass).sqrt(),
             gas_centre: Vector::from_array(moments) / volume,
         })
     }

@@ -124,6 +124,8 @@ pub(in crate::recorder) const INTERFACE: &[SeriesCell<GridObserver>] = quantitie
         => |row| of_interface(row, |interface| interface.energy);
     "largest_fluid_speed", "m/s", "largest speed of liquid and gas in a cell"
         => |row| of_interface(row, |interface| interface.speed);
+    "velocity_deviation", "m/s", "root mean square by mass of the difference of the velocity from its mean"
+        => |row| of_interface(row, |interface| interface.deviation);
     "gas_centre_1", "m", "mean x1 of the gas" => |row| of_interface(row, |interface| interface.gas_centre.x);
     "gas_centre_3", "m", "mean x3 of the gas" => |row| of_interface(row, |interface| interface.gas_centre.z);
     "curvature_by_columns", "", "cells whose curvature came from heights in columns in the last step"
