@@ -5,7 +5,7 @@ use sazanami_numerics::Real;
 use crate::case::Case;
 use crate::presets::Solver;
 use crate::read::Context;
-use crate::tables::Projection;
+use crate::tables::PressureForm;
 use crate::units::rounded;
 
 /// Largest surface tension that is believed: molten tungsten has 2.5 N/m, mercury 0.49 N/m [N/m].
@@ -35,7 +35,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
             .help("choose `solver = \"mics\"`, or leave out `fluid.surface_tension`");
         return;
     }
-    if case.fluid.projection == Projection::Incremental {
+    if case.fluid.projection == PressureForm::Incremental {
         cx.report
             .error_at(span.clone(), "surface tension and `projection = \"incremental\"`")
             .label("the increment keeps the jump of the pressure where the interface was")
