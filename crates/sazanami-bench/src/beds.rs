@@ -21,7 +21,7 @@ use sazanami::case::meaning::{Case, ContactSphereChoice, GrainPlacement};
 use sazanami::case::{self, LoadedCase};
 
 /// The paper's case, as shipped.
-const PAPER: &str = include_str!("../../../cases/raindrop/paper.toml");
+const PAPER: &str = include_str!("../cases/raindrop/paper.toml");
 /// Its path in the repository.
 const PLACE: &str = "cases/raindrop/paper.toml";
 /// Mean speed of a bed at rest, as the packing has it [m/s].

@@ -47,7 +47,7 @@ use toml::de::{DeTable, DeValue};
 pub use case::Case;
 pub use changed::{Changed, DefaultValue, changed, values};
 pub use diagnostics::{Diagnostic, DiagnosticRecord, Diagnostics, Severity};
-pub use explain::{Explained, explain};
+pub use explain::{Explained, explain, key_paths, value_paths};
 pub use key::Keys;
 pub use read::Places;
 pub use schema::json_schema;

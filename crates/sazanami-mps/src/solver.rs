@@ -137,7 +137,9 @@ impl Solver {
         let [all, by_volume] = self.driving();
         let (body_force, by_volume) = (forcing.body_force + all, forcing.by_volume + by_volume);
         let forcing = &Forcing { body_force, by_volume, ..*forcing };
+        let [water] = self.sum_over_fluid(|_, _| [1.0]);
         let mut report = match self.settings.scheme.projection {
+            _ if water == 0.0 => self.step_dry(dt, forcing, watch),
             ParticleProjection::Conjugate => self.step_conjugate(dt, forcing, watch),
             ParticleProjection::Enhanced => self.step_enhanced(dt, forcing, watch),
         }?;
@@ -157,6 +159,20 @@ impl Solver {
             report.mean_flow = Some(flow.answer(dt, momentum, moved));
             self.mean_flow = Some(flow);
         }
+        Ok(report)
+    }
+
+    /// The step of grains in a tank without water.
+    fn step_dry(&mut self, dt: Real, forcing: &Forcing, mut watch: impl FnMut(Phase)) -> Result<StepReport, StepError> {
+        let Self { domain, periods, settings, kernel, tank, grains, .. } = self;
+        let (surface, reduced_force) = (self.surface, Vector::ZERO);
+        let step = Context { domain, periods, settings, kernel, surface, forcing, reduced_force, dt, flow_time: dt };
+        let mut report = StepReport::default();
+        watch(Phase::Grains);
+        grains.begin_step(&step, &tank.gates)?;
+        grains.leave_dry();
+        report.contacts = grains.advance(&step, &mut report.coupling)?;
+        tank.displacement = forcing.wall_displacement;
         Ok(report)
     }
 

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-use sazanami::artist::{Artist as _, BedSurface, Colouring, CraterCap, Figure, Scene, SideView};
+use sazanami::artist::{Amount, Artist as _, BedSurface, Colouring, CraterCap, Figure, Scene, SideView};
 use sazanami_io::BodyPose;
 use sazanami_numerics::geometry::{ContactSphereRule, Shape, VolumeRule};
 use sazanami_numerics::grid::Grid;
@@ -140,10 +140,9 @@ fn pictures_of_all_times_have_one_frame_and_a_rim_only_with_a_crater() {
         rim_radius: 2e-3,
         rim_height: 4e-3,
         depth: 1e-3,
-        volume: 7e-9,
-        uncertainty: 1e-9,
+        below_rim: Amount { volume: 6e-9, uncertainty: 1e-9, doubts: String::new() },
+        cap: Amount { volume: 7e-9, uncertainty: 1e-9, doubts: String::new() },
         noise: 0.0,
-        rim_at_edge: false,
     };
     let surface = BedSurface {
         axis: 4e-3,

@@ -3,6 +3,8 @@
 use sazanami::analyse::Table;
 use serde_json::{Value, json};
 
+use crate::typeset::typeset;
+
 /// Most rows of a table that a chart holds.
 pub const MOST_ROWS: usize = 2000;
 
@@ -51,7 +53,7 @@ type Group = (&'static str, &'static [&'static str]);
 /// Charts of `series.csv` in the order of the page; columns that a run has not are left out.
 const GROUPS: &[Group] = &[
     ("Crater", &["crater_depth", "rim_radius"]),
-    ("Volume of the crater", &["erosion_volume", "erosion_volume_direct", "erosion_volume_excavated"]),
+    ("Volume of the crater", &["erosion_volume_below_rim", "erosion_volume", "erosion_volume_excavated"]),
     ("Heights of mound and ripples", &["mound_height", "ripple_crest_height", "bed_relief"]),
     ("Lengths of mound and ripples", &["mound_wavelength", "ripple_crest_spacing"]),
     ("Crests of ripples", &["ripple_crests"]),
@@ -98,7 +100,8 @@ pub fn of_series(series: &Table) -> Vec<Chart> {
     for unit in units {
         let left = series.headings().filter(|(name, of)| *of == unit && !known.contains(name));
         let left: Vec<&str> = left.map(|(name, _)| name).filter(|name| !["step", "time"].contains(name)).collect();
-        let title = if unit.is_empty() { "Other numbers".to_owned() } else { format!("Other quantities in {unit}") };
+        let title =
+            if unit.is_empty() { "Other numbers".to_owned() } else { format!("Other quantities in {}", typeset(unit)) };
         charts.extend(of_columns(series, &title, &left, 1));
     }
     charts
@@ -271,10 +274,10 @@ fn readable(unit: &str, values: &[f64]) -> (String, f64) {
     };
     let fits = |factor: f64| largest * factor >= 1.0;
     if largest == 0.0 || fits(1.0) {
-        return (unit.to_owned(), 1.0);
+        return (typeset(unit), 1.0);
     }
     let found = smaller.iter().find(|(_, factor)| fits(*factor)).or(smaller.last());
-    found.map_or((unit.to_owned(), 1.0), |(name, factor)| (name.replace('u', "µ").replace("^3", "³"), *factor))
+    found.map_or((typeset(unit), 1.0), |(name, factor)| (typeset(name), *factor))
 }
 
 /// A number for the script: seven digits, `null` where there is none.

@@ -94,6 +94,12 @@ pub fn newest_view(folder: &Path) -> Option<PathBuf> {
     ["view-", "grains-"].into_iter().find_map(|prefix| output::newest_picture(folder, prefix))
 }
 
+/// The newest section of a run through bed and water, with the measures of its crater.
+#[must_use]
+pub fn newest_section(folder: &Path) -> Option<PathBuf> {
+    output::newest_picture(folder, "section-")
+}
+
 /// Whether a summary is that of a run with moving particles.
 fn has_moving_particles(summary: &Value) -> bool {
     summary["solver"] == "mps"

@@ -75,8 +75,29 @@ pub struct BedSurface {
     pub crater: Option<CraterCap>,
 }
 
-/// A crater as the spherical cap of eq. (14) of Yagyu et al. (2015).
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Heights of grains that have the first and the last colour, in parts of the height of the bed before the impact.
+const COLOURED: [Real; 2] = [0.5, 1.2];
+
+/// Heights of grains that have the first and the last colour \[m], between `floor` and `lid`; with the top of the bed before the
+/// impact, if there was a bed.
+#[must_use]
+pub fn heights_coloured([floor, lid]: [Real; 2], bed_before: Option<Real>) -> [Real; 2] {
+    bed_before.map_or([floor, lid], |top| COLOURED.map(|part| floor + part * (top - floor)))
+}
+
+/// A volume of a crater.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Amount {
+    /// The volume [m^3].
+    pub volume: Real,
+    /// Its uncertainty, up and down [m^3].
+    pub uncertainty: Real,
+    /// What speaks against it, in words; empty where nothing does.
+    pub doubts: String,
+}
+
+/// A crater, and the spherical cap of eq. (14) of Yagyu et al. (2015) in it.
+#[derive(Clone, Debug, PartialEq)]
 pub struct CraterCap {
     /// Distance of the rim from the axis, L \[m].
     pub rim_radius: Real,
@@ -84,14 +105,12 @@ pub struct CraterCap {
     pub rim_height: Real,
     /// Depth below the rim, H \[m].
     pub depth: Real,
-    /// Erosion volume V [m^3].
-    pub volume: Real,
-    /// Its uncertainty, up and down [m^3].
-    pub uncertainty: Real,
-    /// V of the same bed before the impact [m^3].
+    /// Volume below the plane of the rim.
+    pub below_rim: Amount,
+    /// V, the volume of the cap.
+    pub cap: Amount,
+    /// Volume below the plane of the rim of the same bed before the impact [m^3].
     pub noise: Real,
-    /// The rim lies at the edge of what is evaluated: V is not reliable.
-    pub rim_at_edge: bool,
 }
 
 /// A tank from the side: a panel for each quantity of the grains within a slab about its middle, and arrows of the water.

@@ -8,6 +8,7 @@ use sazanami::error::{CommandError, exit};
 use sazanami_picture::Painter;
 
 use crate::terminal::Screen;
+use crate::words;
 
 /// Recompute observables, tables and pictures from results, or compare several.
 #[derive(Debug, Args)]
@@ -26,7 +27,7 @@ pub struct Analyse {
     dirs: Vec<PathBuf>,
     /// Evaluate one run with another value (repeatable): craters of a key under `erosion` or `bed`, ripples of
     /// `ripples.margin`, `ripples.grain_size` or under `ripples.measured`
-    #[arg(long = "set", value_name = "PATH=VALUE")]
+    #[arg(long = "set", value_name = "PATH=VALUE", value_parser = words::OVERRIDE, hide_possible_values = true)]
     overrides: Vec<String>,
     /// Folder for the table of a comparison [default: the current one]
     #[arg(long, value_name = "DIR")]

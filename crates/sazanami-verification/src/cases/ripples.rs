@@ -6,7 +6,7 @@ use super::whole_run::{WholeRun, number};
 use crate::measured::Measured;
 use sazanami::analyse::layer_history;
 
-const CASE: &str = include_str!("../../../../cases/ripples/paper.toml");
+const CASE: &str = include_str!("../../cases/ripples/paper.toml");
 /// Simulated time of each run \[s].
 const UNTIL: Real = 3.0;
 /// Last part of a run whose layer averages count: two periods \[s].

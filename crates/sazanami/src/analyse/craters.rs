@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use sazanami_io::table::write_csv;
 use sazanami_numerics::Real;
 use sazanami_observe::comparison::{Comparison, RunResult, Series};
+use sazanami_observe::erosion::RIM_AT_EDGE;
 
-use super::lines::{RIM_AT_EDGE, aligned, number};
+use super::lines::{aligned, number};
 use super::output::{Output, free_path, undone};
 use super::summary_file::summary;
 use super::table::Table;
@@ -92,7 +93,8 @@ pub(super) fn comparable(folders: &[PathBuf]) -> Result<(Vec<RunResult>, Vec<Str
             volume: 1e-9 * volume,
             uncertainty: 1e-9 * erosion("volume_uncertainty_mm3").unwrap_or_default(),
             noise: 1e-9 * erosion("volume_noise_mm3").unwrap_or_default(),
-            volume_direct: 1e-9 * erosion("volume_direct_mm3").unwrap_or_default(),
+            below_rim: 1e-9 * erosion("volume_below_rim_mm3").unwrap_or_default(),
+            below_rim_uncertainty: 1e-9 * erosion("volume_below_rim_uncertainty_mm3").unwrap_or_default(),
             depth: 1e-3 * erosion("depth_mm").unwrap_or_default(),
             rim_radius: 1e-3 * erosion("rim_radius_mm").unwrap_or_default(),
             splashed: number(&summary, &["observables", "splash", "grains"]).unwrap_or_default() as usize,
@@ -124,7 +126,7 @@ pub(super) fn several(folders: &[PathBuf], out: &Path, output: &mut Output) -> R
 }
 
 /// Writes the table of a comparison as CSV.
-fn write(path: &Path, header: &[String; 11], rows: &[[String; 11]], output: &mut Output) -> Result<(), CommandError> {
+fn write(path: &Path, header: &[String; 12], rows: &[[String; 12]], output: &mut Output) -> Result<(), CommandError> {
     write_csv(path, std::iter::once(header).chain(rows)).map_err(undone)?;
     output.message(&format!("wrote {}", path.display()));
     Ok(())
@@ -151,8 +153,10 @@ fn conclusions(series: &Series) -> Vec<String> {
     }
     for scatter in series.scatter().iter().filter(|scatter| scatter.runs > 1) {
         lines.push(format!(
-            "m v = {:.1} g cm/s: V = {:.2} mm^3, deviation {:.2} mm^3 over {} runs",
+            "m v = {:.1} g cm/s: {:.2} mm^3 below the rim, deviation {:.2} mm^3; V = {:.2} mm^3, deviation {:.2} mm^3, over {} runs",
             1e5 * scatter.momentum,
+            1e9 * scatter.below_rim[0],
+            1e9 * scatter.below_rim[1],
             1e9 * scatter.mean,
             1e9 * scatter.deviation,
             scatter.runs

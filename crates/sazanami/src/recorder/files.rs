@@ -5,7 +5,7 @@ use std::collections::btree_map::Entry;
 use std::path::{Path, PathBuf};
 
 use sazanami_io::checkpoint::CheckpointFolder;
-use sazanami_io::table::{Column, SeriesWriter, TableError, Value};
+use sazanami_io::table::{Column, SeriesWriter, TableError, Value, fields, unquoted};
 use sazanami_io::vtk::{ImageFile, PointFile, PvdSeries, write_image, write_points};
 use sazanami_numerics::Real;
 
@@ -231,7 +231,7 @@ fn has_column(path: &Path, name: &str) -> bool {
     use std::io::{BufRead as _, BufReader};
     let mut header = String::new();
     let read = std::fs::File::open(path).and_then(|file| BufReader::new(file).read_line(&mut header));
-    read.is_ok() && header.split(',').any(|column| column.split(" [").next() == Some(name))
+    read.is_ok() && fields(&header).map(unquoted).any(|column| column.split(" [").next() == Some(name))
 }
 
 /// Opens a table anew, or where the run left it.

@@ -49,7 +49,7 @@ use files::Files;
 use grain_files::GrainStates;
 pub(crate) use grain_files::NEVER;
 pub(crate) use mics::pictures::{Drawn, bed_surface, scene};
-pub(crate) use mics::{GridObserver, erosion_settings};
+pub(crate) use mics::{GridObserver, drops, erosion_settings};
 pub(crate) use mps::{ParticleObserver, closed, form_settings, forms_of, relief_of, surface_json, tank_of};
 pub(crate) use observer::{Observer, Step, Warning};
 use observer::{Output, Row};

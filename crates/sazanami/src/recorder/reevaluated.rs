@@ -14,7 +14,7 @@ use serde_json::{Map, Value, json};
 
 use super::CLOCK;
 use super::bed::{BED, BedFindings, BedSettings, bed_findings, heap_json, heap_settings};
-use super::mics::{BEFORE, Findings, erosion_settings, initial_heights, volume_course};
+use super::mics::{BEFORE, Findings, drops, erosion_settings, initial_heights, volume_course};
 
 use crate::assembly::grains;
 use crate::case::meaning::{Case, Erosion as Evaluation};
@@ -91,6 +91,7 @@ impl Beds {
         };
         found.heap = heap_settings(case).map(|settings| Heap::of(&now, &settings));
         if let Some(settings) = erosion_settings(case) {
+            found.findings.drops = drops(case);
             let initial: Option<InitialBed> = match &before {
                 Some(before) => Erosion::of(before, &settings, None).ok().as_ref().map(Erosion::as_initial),
                 None => initial_heights(&self.snapshot),

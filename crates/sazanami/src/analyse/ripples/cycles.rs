@@ -124,7 +124,7 @@ pub(super) fn write_averages(path: &Path, cycles: &[CycleAverage]) -> std::io::R
 pub fn layer_history(folder: &Path) -> Result<Option<LayerHistory>, CommandError> {
     let Some(table) = Table::read(&folder.join(LAYER_MEANS))? else { return Ok(None) };
     let (times, columns) = (table.column("time"), QUANTITIES.map(|name| table.column(name)));
-    let is_upper: Vec<bool> = table.words("layer").iter().map(|layer| *layer == "upper").collect();
+    let is_upper: Vec<bool> = table.words("layer").iter().map(|layer| layer == "upper").collect();
     let of = |values: &Vec<Real>, upper: bool| -> Vec<Real> {
         values.iter().zip(&is_upper).filter(|(_, is_upper)| **is_upper == upper).map(|(value, _)| *value).collect()
     };

@@ -146,10 +146,10 @@ pub(in crate::recorder) const INTERFACE: &[SeriesCell<GridObserver>] = quantitie
 pub(in crate::recorder) const CRATER: &[SeriesCell<GridObserver>] = quantities! {
     "crater_depth", "m", "depth of the crater below its rim, H" => |row| of_crater(row, |erosion| erosion.crater.depth);
     "rim_radius", "m", "distance of the rim from the axis, L" => |row| of_crater(row, |erosion| erosion.crater.rim_radius);
+    "erosion_volume_below_rim", "m^3", "volume of the crater below the plane of its rim"
+        => |row| of_crater(row, |erosion| erosion.crater.volume_direct);
     "erosion_volume", "m^3", "erosion volume V, eq. (14) of Yagyu et al. (2015)"
         => |row| of_crater(row, |erosion| erosion.crater.volume);
-    "erosion_volume_direct", "m^3", "volume below the plane of the rim"
-        => |row| of_crater(row, |erosion| erosion.crater.volume_direct);
     "erosion_volume_excavated", "m^3", "volume below the bed's surface before the impact"
         => |row| of_crater(row, |erosion| erosion.volume_excavated);
     "wetted_depth", "m", "from the bed's mean surface before the impact to the lowest interface of a cell at least half full"

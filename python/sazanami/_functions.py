@@ -13,13 +13,13 @@ import numpy as np
 
 from . import _engine
 from ._keys import as_json, names_of
-from .errors import InputError
-from .results import Results
+from ._errors import InputError
+from ._results import Results
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from .case import Case
+    from ._case import Case
 
 __all__ = ["Bed", "Mesh", "analyse", "evaluate", "pack", "read_bed", "read_mesh", "volume_fractions"]
 
@@ -118,7 +118,7 @@ class Mesh:
 
 def read_mesh(path: PathLike, unit: Union[str, float] = 1.0) -> Mesh:
     """The solid in a file of Gmsh, whose numbers are in ``unit``, such as ``"1 mm"``."""
-    from .case import quantity
+    from ._case import quantity
 
     nodes, tetrahedra = _engine.read_mesh(path, quantity(unit, "m"))
     return Mesh(nodes, np.asarray(tetrahedra, dtype=np.uint32).reshape(-1, 4))

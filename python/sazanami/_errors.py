@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, List, Optional, Sequence
+from typing import Any, Dict, List, Optional, Sequence
 
 __all__ = [
     "CaseError",
@@ -51,6 +51,9 @@ class SazanamiError(Exception):
 
     exit_code = 1
     """Exit code of the command for the same cause."""
+
+    def __reduce__(self) -> Any:
+        return _again, (type(self), self.args, self.__dict__)
 
 
 class InputError(SazanamiError, ValueError):
@@ -170,6 +173,17 @@ class InternalError(SazanamiError, RuntimeError):
 class RunInterrupted(KeyboardInterrupt):
     """Ctrl-C ended a run after it wrote a checkpoint; ``folder`` is what :func:`sazanami.resume` goes on with."""
 
+    def __reduce__(self) -> Any:
+        return _again, (type(self), self.args, self.__dict__)
+
     def __init__(self, folder: Path) -> None:
         super().__init__(f"stopped by Ctrl-C after a checkpoint; go on with sazanami.resume({str(folder)!r})")
         self.folder = folder
+
+
+def _again(kind: Any, arguments: Any, attributes: Dict[str, Any]) -> Any:
+    """An exception as it was, from another process."""
+    error = kind.__new__(kind, *arguments)
+    error.args = arguments
+    error.__dict__.update(attributes)
+    return error

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import operator
 import os
 import sys
@@ -10,14 +11,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, List, Optional, Union
 
 from . import _engine
-from .case import quantity
-from .errors import InputError, RunInterrupted
-from .results import Results, States
-from .state import State
-from .tables import Table
+from ._case import quantity
+from ._errors import InputError, RunInterrupted
+from ._results import Results, States
+from ._state import State
+from ._tables import Table
 
 if TYPE_CHECKING:
-    from .case import Case
+    from ._case import Case
 
 __all__ = ["Run", "StepInfo", "resume"]
 
@@ -114,6 +115,13 @@ class Run:
         if self._ended is not None:
             return f"<Run: {self.status} at {self.time:.6g} s, results in {self.folder}>"
         return "<Run: failed>" if self._is_over else "<Run: going on>" if self._core else "<Run: not begun>"
+
+    def __getstate__(self) -> Dict[str, Any]:
+        self._end()
+        # What it was run with is left behind; its results are read from their folder.
+        held = {**self.__dict__, "_core": None, "_progress": None, "_shown": None}
+        held["_results"] = self.results
+        return held
 
     # Going on
 
@@ -305,6 +313,13 @@ class Run:
         return self.results.ripples
 
 
+def _time(name: str, value: Time) -> float:
+    seconds = quantity(value, "s")
+    if not 0.0 <= seconds < math.inf:
+        raise InputError(f"`{name}` is {value!r}", "give a time of zero or more")
+    return seconds
+
+
 def options_of(
     folder: Optional[PathLike],
     force: bool,
@@ -324,7 +339,7 @@ def options_of(
     return {
         "folder": None if folder is None else os.fspath(folder),
         "force": force,
-        "until": None if until is None else quantity(until, "s"),
+        "until": None if until is None else _time("until", until),
         "steps": steps,
         "threads": threads,
         "ranks": ranks,

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any, Dict, Iterator, List, Optional, Sequence, Union
 
 from . import _engine
-from .case import Case
-from .errors import InputError
-from .state import State
-from .tables import Table
+from ._case import Case, quantity
+from ._errors import InputError
+from ._state import State
+from ._tables import Table
 
 __all__ = ["Results", "States"]
 
@@ -18,8 +18,9 @@ __all__ = ["Results", "States"]
 class States(Sequence[State]):
     """The states that a run wrote, read from its files when they are asked for."""
 
-    def __init__(self, core: _engine.ResultsCore) -> None:
+    def __init__(self, core: _engine.ResultsCore, folder: Path) -> None:
         self._core = core
+        self._folder = folder
         self.times: List[float] = core.times()
         """Simulated times [s]."""
 
@@ -37,10 +38,19 @@ class States(Sequence[State]):
     def __iter__(self) -> Iterator[State]:
         return (self[n] for n in range(len(self)))
 
-    def at(self, time: float) -> State:
-        """The state written nearest to a time [s]."""
+    def __reduce__(self) -> Any:
+        return _states_in, (self._folder,)
+
+    def at(self, time: Union[str, float]) -> State:
+        """The state written nearest to a time, text with a unit or a number [s], from the first that was written to the end of
+        the run."""
         if not self.times:
             raise InputError("the run wrote neither grains nor water", "let the case write them: `[output]`")
+        time = quantity(time, "s")
+        first, end = self.times[0], max(self.times[-1], self._core.summary().get("time_s") or 0.0)
+        within = 1e-9 * end
+        if not first - within <= time <= end + within:
+            raise InputError(f"there is no state at {time:g} s", f"the run wrote states from {first:g} s to {end:g} s")
         return self[min(range(len(self)), key=lambda n: abs(self.times[n] - time))]
 
 
@@ -55,6 +65,10 @@ class Results:
         self._core = _engine.ResultsCore.open(folder)
         self.folder = Path(folder)
         """The folder."""
+
+    def __reduce__(self) -> Any:
+        # What is read is read again from the same folder, wherever that is done.
+        return Results, (self.folder.absolute(),)
 
     def __repr__(self) -> str:
         return f"<Results in {self.folder}>"
@@ -115,4 +129,8 @@ class Results:
     @property
     def states(self) -> States:
         """Grains and water at the times at which the run wrote them."""
-        return States(self._core)
+        return States(self._core, self.folder.absolute())
+
+
+def _states_in(folder: Path) -> States:
+    return Results(folder).states

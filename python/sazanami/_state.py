@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Mapping, Optional, 
 
 import numpy as np
 
-from .errors import InputError
+from ._errors import InputError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -38,7 +38,7 @@ class Arrays(Mapping[str, "NDArray[Any]"]):
         return len(self._arrays)
 
     def __dir__(self) -> List[str]:
-        return sorted(set(super().__dir__()) | set(self._arrays))
+        return sorted({name for name in super().__dir__() if not name.startswith("_")} | set(self._arrays))
 
     def __repr__(self) -> str:
         listed = ", ".join(f"{name} {array.shape}" for name, array in self._arrays.items())

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Tuple, Uni
 
 from . import _engine
 from ._keys import Keys, Names, Path, as_json, names_of
-from .errors import Finding
+from ._errors import Finding
 
 if TYPE_CHECKING:
-    from .run import Run
+    from ._run import Run
 
 __all__ = ["Case", "Check", "Limit", "explain", "quantity", "templates"]
 
@@ -103,7 +103,8 @@ class Case:
 
     Keys are attributes, ``case.fluid.cfl``, elements of lists by their number, ``case.liquid[0].fall.speed``, and names of
     one's own in brackets, ``case.contact["sand/sand"].friction``. A case is always one that can be read: a key that would
-    break it is refused and changes nothing. Keys that only make sense together are set together by :meth:`set`.
+    break it is refused and changes nothing. Keys that only make sense together are set together by :meth:`set`. Cases that
+    mean the same are equal, however they were written.
     """
 
     __slots__ = ("_core", "_values")
@@ -185,7 +186,7 @@ class Case:
         where the run is, or calls a function with a :class:`StepInfo`. Without ``pictures`` and ``report`` the folder has tables,
         files for ParaView and checkpoints alone.
         """
-        from .run import Run, options_of
+        from ._run import Run, options_of
 
         options = options_of(folder, force, until, steps, threads, ranks, pictures, report)
         return Run(self.copy(), options, progress)
@@ -214,7 +215,13 @@ class Case:
         self.set({path if isinstance(path, str) else tuple(path): value})
 
     def __dir__(self) -> List[str]:
-        return sorted(set(super().__dir__()) | set(self._known(())["keys"]))
+        public = {name for name in super().__dir__() if not name.startswith("_")}
+        return sorted(public | set(self._known(())["keys"]))
+
+    def __eq__(self, other: object) -> bool:
+        return self.hash == other.hash if isinstance(other, Case) else NotImplemented
+
+    __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
         return f"<Case {self._core.name}, hash {self._core.hash}>"
