@@ -11,6 +11,7 @@ use crate::driven;
 use crate::liquids_at_walls;
 use crate::presets::Solver;
 use crate::read::Context;
+use crate::surface_tension;
 use crate::tables::{BoundarySide, GrainPlacement, OutputFrame, Population, PressureForm, RunEnd, place_of_side};
 use crate::units::rounded;
 
@@ -37,6 +38,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     check_written_frame(case, cx);
     check_room(case, cx);
     check_floor(case, cx);
+    surface_tension::check(case, cx);
     driven::check(case, cx);
     driven::check_fall(case, cx);
     liquids_at_walls::check(case, cx);

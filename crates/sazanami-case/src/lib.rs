@@ -34,6 +34,7 @@ mod schema;
 pub mod si;
 pub mod source;
 mod suggest;
+mod surface_tension;
 pub mod tables;
 pub mod units;
 pub mod value;

@@ -87,9 +87,9 @@ impl Acceleration {
         this
     }
 
-    /// Keeps the acceleration that `pressure` and `gravity` gave a fluid of this `density`, ghosts filled.
-    pub fn keep(&mut self, domain: &Domain, pressure: &Field<Real>, density: &Field<Real>, gravity: Vector) {
-        let (p, rho) = (pressure.data(), density.data());
+    /// Keeps the acceleration that the last projection and `gravity` gave a fluid of this `density`, ghosts filled.
+    pub fn keep(&mut self, domain: &Domain, projection: &Projection, density: &Field<Real>, gravity: Vector) {
+        let (p, rho) = (projection.pressure().data(), density.data());
         let faces = self.faces.get_or_insert_with(|| std::array::from_fn(|_| domain.field(0.0)));
         for (d, faces) in faces.iter_mut().enumerate() {
             let (behind, per_width) = (domain.strides()[d] as usize, 2.0 / self.spacing[d]);
@@ -99,6 +99,9 @@ impl Acceleration {
                     *face = gravity[d] - per_width * (p[at] - p[below]) / (rho[at] + rho[below]);
                 }
             });
+        }
+        if let Some(tension) = &projection.tension {
+            tension.add_acceleration(domain, density, faces);
         }
     }
 

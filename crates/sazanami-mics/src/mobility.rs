@@ -132,13 +132,13 @@ impl Mobility {
     }
 
     /// Closes the faces beside the grains: changes the predicted face velocities, and the mobility for a projection over
-    /// `dt` \[s] after the one that gave `pressure`.
+    /// `dt` \[s] after the one that gave `pressure`, with its jumps by surface tension.
     pub(crate) fn close(
         &mut self,
         domain: &Domain,
         boundary: &Boundary,
         closing: Closing<'_>,
-        pressure: &Field<Real>,
+        (pressure, jump): (&Field<Real>, Option<&[Field<Real>; 3]>),
         flow: &mut Flow,
         dt: Real,
     ) {
@@ -164,6 +164,7 @@ impl Mobility {
             });
             let behind = domain.strides()[d] as usize;
             let (rows, velocity) = (&self.rows[d], velocity[d]);
+            let jump = jump.map(|jump| jump[d].data());
             let scale = dt / domain.grid().spacing[d];
             let ends = [0, 1].map(|side| domain.at_box_end(d, side) && !domain.periodic()[d]);
             let last = domain.cells()[d] as isize;
@@ -193,7 +194,8 @@ impl Mobility {
                     let response =
                         response.map_or(1.0, |b| (b[at - behind] * rho[at - behind] + b[at] * rho[at]) / mass);
                     let bound = if binding { closed + (1.0 - closed) * (1.0 - response) } else { closed };
-                    uf[i] += held + bound * scale * lightness * (p[at] - p[at - behind]);
+                    let rise = p[at] - p[at - behind] - jump.map_or(0.0, |jump| jump[at]);
+                    uf[i] += held + bound * scale * lightness * rise;
                     mobility[i] = (1.0 - closed) * response + bound * lightness * 0.5 * mass;
                 }
             });

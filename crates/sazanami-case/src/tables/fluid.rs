@@ -199,6 +199,9 @@ pub struct FluidOptions {
     /// Iterations after which a solve of the pressure is given up (exit code 1).
     #[key(least = 1, default = Tolerance::default().max_iterations)]
     pub pressure_iterations: usize,
+    /// Surface tension of liquid and gas on the grid (`solver = "mics"`); walls are met at 90 degrees.
+    #[key(unit = "N/m", range = NonNegative, says = "none")]
+    pub surface_tension: Option<Real>,
     /// Velocity at the start on the grid (`solver = "mics"`), on top of that of the liquids; the pressure takes out its
     /// divergence.
     #[key(table)]

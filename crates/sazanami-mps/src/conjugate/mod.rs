@@ -377,7 +377,7 @@ impl ConjugateColumns {
         self.still.take_from(matrix, &equation.blocks, &mut equation.rows[..owned]);
         if self.closed {
             let rows = &mut equation.rows[..owned];
-            self.still.press(step, matrix, (&equation.blocks, rows), &particles.kind, &mut near.ghosts);
+            self.still.press(step, &operators, (&equation.blocks, rows), &particles.kind, &mut near.ghosts);
         }
     }
 
@@ -436,13 +436,15 @@ impl ConjugateColumns {
         let (free, walls) = (&self.velocity[..], step.forcing.wall_velocity);
         let (kind, gradient) = (&kind[..], &gradient[..]);
         let factor = step.dt / step.settings.fluid.density;
+        let pressed = self.closed.then_some(&self.still.pressed[..]);
+        let pressed = |a: usize| pressed.map_or(Vector::ZERO, |pressed| pressed[a]);
         let new = (&mut self.new.velocity[..owned], &mut self.new.position[..owned]);
         for_each_chunk(new, ROWS, |number, (velocity, place)| {
             for (row, (u, x)) in velocity.iter_mut().zip(place).enumerate() {
                 let a = number * ROWS + row;
                 (*u, *x) = (present[a], position[a]);
                 if kind[a] == Kind::Fluid {
-                    *u = free[a] + walls - factor * gradient[a];
+                    *u = free[a] + walls - factor * gradient[a] + pressed(a);
                     *x += step.dt * *u;
                 }
             }
@@ -452,7 +454,8 @@ impl ConjugateColumns {
         let inverse_void = &self.voids.start.inverse[..];
         let sums = step.domain.sum(sum_of(owned, |a| {
             let change = -factor * gradient[a];
-            let by_walls = inverse_void[a] * change;
+            let by_walls = inverse_void[a] * change + pressed(a);
+            let change = change + pressed(a);
             let whole = change.dot(free[a] + 0.5 * change);
             let inside = rows[a].diagonal > 0.0;
             let wanted = if inside { expansion(surroundings[a].density, rows[a].beside_surface) } else { 0.0 };

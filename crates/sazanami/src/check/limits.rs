@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use sazanami_dem::impact::ImpactErrors;
 use sazanami_mics::stability::{Limit as GridLimit, Rates as GridRates};
+use sazanami_mics::surface_tension::capillary_rate;
 use sazanami_mics::viscosity::explicit_rate;
 use sazanami_mps::grains::{DragExchange, volume};
 use sazanami_mps::stability::{BODY_FORCE, DRAG, Limit as ParticleLimit, Rates as ParticleRates, VISCOUS};
@@ -100,8 +101,9 @@ impl Pace {
         limits.sort_by(|a, b| a.dt_s.total_cmp(&b.dt_s));
         let ruling = fixed.map_or(0, |name| limits.iter().position(|limit| limit.name == name).unwrap_or(0));
         let dt = limits.get(ruling).map_or(case.run.until, |limit| limit.dt_s);
-        let advective = |limit: &&LimitReport| limit.name == GridLimit::Advective.name();
-        let pass = limits.iter().find(advective).map_or(Real::INFINITY, |limit| limit.dt_s);
+        let of_pass = [GridLimit::Advective, GridLimit::Capillary].map(GridLimit::name);
+        let in_pass = limits.iter().filter(|limit| of_pass.contains(&limit.name)).map(|limit| limit.dt_s);
+        let pass = in_pass.fold(Real::INFINITY, Real::min);
         let in_passes = case.solver == Solver::Mics && fixed.is_some();
         let passes = if in_passes { ((dt / pass).ceil() as usize).max(1) } else { 1 };
         let until = case.run.until;
@@ -323,6 +325,8 @@ fn of_grid(
         None => GridRates {
             advective: (flow / spacing).element_sum(),
             viscous: if explicit { explicit_rate(&fluid::fluids(case), spacing) } else { 0.0 },
+            capillary: fluid::surface_tension_coefficient(case)
+                .map_or(0.0, |sigma| capillary_rate(sigma, &fluid::fluids(case), spacing, case.domain.grid().cells)),
             grain_motion: grains.length() / spacing.min_element(),
             grain_turn: fastest_turn(case),
             contact: fixed.map_or(0.0, |(n, contact)| 1.0 / (n as Real * contact)),
@@ -335,6 +339,7 @@ fn of_grid(
             format!("{} / sum of speed over cell edge, speeds {} m/s{part}", bounds.courant, speed(flow))
         }
         GridLimit::Viscous => "1 / (2 nu sum of 1/dx^2)".to_owned(),
+        GridLimit::Capillary => "sqrt((rho_l + rho_g) dx^3 / (4 pi sigma))".to_owned(),
         GridLimit::GrainMotion => format!("{} of a cell at {} m/s", bounds.grain_travel, speed(grains)),
         GridLimit::GrainTurn => format!("{} rad at {} rad/s", bounds.grain_turn, super::number(fastest_turn(case), 3)),
         GridLimit::Contact => fixed.map_or(String::new(), |(n, contact)| format!("{n} sub-steps of {contact:.2e} s")),

@@ -165,7 +165,7 @@ impl Search<'_> {
         let on_grid = self.case.solver == Solver::Mics;
         let span = self.loaded.places.of(if on_grid { "fluid.dt" } else { "particles.dt" });
         // The fluid on a grid makes several passes where it has to.
-        let in_passes = [Limit::Advective, Limit::Viscous].map(Limit::name);
+        let in_passes = [Limit::Advective, Limit::Viscous, Limit::Capillary].map(Limit::name);
         let binding =
             |limit: &&LimitReport| !(limit.rules || limit.name == SWING || on_grid && in_passes.contains(&limit.name));
         if let Some(limit) = pace.limits.iter().find(binding).filter(|limit| limit.dt_s < pace.dt) {

@@ -11,6 +11,7 @@ use sazanami_numerics::Real;
 
 use super::drawing::Drawing;
 use super::grain_files::{GrainStates, OwnArray, write_glyph};
+use crate::assembly::fluid::surface_tension_coefficient;
 use crate::case::meaning::FieldPrecision;
 use crate::clock::Clock;
 use crate::columns::SeriesParts;
@@ -73,7 +74,8 @@ impl Files {
         // Earlier versions wrote the columns of a crater, empty, where there was none to evaluate.
         let crater = case.erosion.is_some() || resumed_at.is_some() && has_column(&series, "crater_depth");
         let held = case.drive.is_some_and(|drive| drive.mean_velocity.is_some());
-        let parts = SeriesParts { crater, mean_flow: held };
+        let parts =
+            SeriesParts { crater, surface_tension: surface_tension_coefficient(case).is_some(), mean_flow: held };
         for name in [FIELDS, GRAINS, FIGURES, CHECKPOINTS] {
             make_folder(&folder.join(name))?;
         }

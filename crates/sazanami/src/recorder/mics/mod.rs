@@ -1,5 +1,6 @@
 //! Runs with one grid for water, air and grains: the crater, the splash, and the budgets of liquid and momentum.
 
+mod interface;
 pub(super) mod pictures;
 mod probes;
 mod series;
@@ -24,6 +25,7 @@ use crate::clock::Clock;
 use crate::job::{Job, RankError, RecordError, Totals};
 use crate::state::WaterState;
 
+use interface::Interface;
 use soaked::Soaked;
 pub(super) use summary::{CONSERVATION, EROSION, Findings, REST, SOAKED, SPLASH};
 
@@ -80,6 +82,8 @@ pub(crate) struct GridObserver {
     departures: Departures,
     /// Largest place of the interface along x1 \[m], if there is liquid.
     front: Option<Real>,
+    /// What surface tension acts on, if there is any.
+    interface: Option<Interface>,
 }
 
 impl GridObserver {
@@ -153,6 +157,7 @@ impl Observer for GridObserver {
 
     const SERIES: &'static [SeriesCell<Self>] = series::SERIES;
     const SERIES_OF_CRATER: &'static [SeriesCell<Self>] = series::CRATER;
+    const SERIES_OF_INTERFACE: &'static [SeriesCell<Self>] = series::INTERFACE;
 
     fn new(job: &Job) -> Self {
         Self {
@@ -171,6 +176,7 @@ impl Observer for GridObserver {
             energies: Energies::default(),
             departures: Departures::default(),
             front: None,
+            interface: None,
         }
     }
 
@@ -210,6 +216,7 @@ impl Observer for GridObserver {
         // The cell beyond the last one of a rank is another's.
         solver.fill_halos();
         self.front = front(solver);
+        self.interface = Interface::of(solver);
         self.findings.soaked = self.erosion.as_ref().and_then(|_| {
             let level = solver.domain().max(self.initial.as_ref().map_or(Real::NEG_INFINITY, InitialBed::level));
             level.is_finite().then(|| Soaked::below(level, solver))

@@ -224,6 +224,7 @@ impl Observer for ParticleObserver {
 
     const SERIES: &'static [SeriesCell<Self>] = series::SERIES;
     const SERIES_OF_CRATER: &'static [SeriesCell<Self>] = &[];
+    const SERIES_OF_INTERFACE: &'static [SeriesCell<Self>] = &[];
 
     fn new(job: &Job) -> Self {
         Self {
