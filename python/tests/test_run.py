@@ -28,6 +28,10 @@ def test_a_run_ends_with_its_results(run_of_drop):
 def test_options_that_make_no_sense_are_refused(drop, tmp_path, run_of_drop):
     for options in [
         {"until": "1 mm"},
+        {"until": "-1 ms"},
+        {"until": -1e-3},
+        {"until": float("nan")},
+        {"until": float("inf")},
         {"steps": 0},
         {"threads": 0},
         {"steps": 3, "until": 1e-3},

@@ -115,13 +115,12 @@ fn what_a_run_found_is_found_again() {
         let (lines, said) = analysed(&folder, &[]);
         let lines = lines.unwrap();
         assert!(!lines.iter().any(|line| line.contains("summary")), "{lines:#?}");
-        assert!(said.iter().all(|text| text.starts_with("drew")), "{said:#?}");
+        assert_eq!(said, Vec::<String>::new());
         assert!(!folder.join("analysis").exists());
         assert_eq!(summary(&folder), before);
         // Keys that say what the case says already.
         let same = ["erosion.dr=0.3 mm", "bed.porosity_upper=\"0.8 mm\""];
         assert_eq!(found(&folder, &same), of_grains(&before));
-        assert!(folder.join("analysis/profiles.png").is_file());
     }
 }
 

@@ -18,6 +18,9 @@ use crate::neighbours::ROWS;
 use crate::particles::{Kind, Particles};
 use crate::reductions::{set_column, sum_of};
 
+/// Force of a pressure that is the same everywhere, times the spacing, below which an arrangement counts as a lattice.
+const LEAST_FORCE: Real = 0.01;
+
 /// Columns over particles and ghosts.
 #[derive(Debug, Default)]
 pub(crate) struct Still {
@@ -31,6 +34,9 @@ pub(crate) struct Still {
     pub gradient: Vec<Vector>,
     ways: Vec<Vector>,
     divergence: Vec<Real>,
+    /// A pressure of 1 and its force [1/m].
+    one: Vec<Real>,
+    force: Vec<Vector>,
 }
 
 impl Still {
@@ -95,6 +101,45 @@ impl Still {
                 let compact = (entry.diagonal - operators.sums[a][3]) * pressure[a] - near;
                 entry.right += (1.0 - COMPACT) * divergence[a] - COMPACT * compact;
             }
+        });
+    }
+
+    /// Takes the sum of the right sides of the `rows` of a closed box away, by the force of a pressure that is the same everywhere.
+    ///
+    /// Nothing fixes the level of that pressure, and on a lattice it has no force. Off it, its force pushes particles to where they
+    /// are sparse, and takes the smallest change of velocity that leaves no mean divergence, which other pressures cannot do: with
+    /// one all water is compressed a little, step after step, while a gap opens somewhere.
+    pub fn press(
+        &mut self,
+        step: &Context<'_>,
+        (operators, bulk): (&Operators<'_>, &Bulk<'_>),
+        (blocks, rows): (&[Block], &mut [Row]),
+        kind: &[Kind],
+        ghosts: &mut Ghosts,
+    ) {
+        let Self { one, force, gradient, ways, divergence, .. } = self;
+        let owned = rows.len();
+        set_column(one, kind.len(), |a| if kind[a] == Kind::Fluid { 1.0 } else { 0.0 });
+        force.resize(kind.len(), Vector::ZERO);
+        operators.force(blocks, one, &mut force[..owned], |into, _, found| *into = found);
+        ghosts.refresh(step.domain, force);
+        let force = &force[..];
+        set_column(ways, kind.len(), |a| bulk.own(a) * force[a]);
+        operators.divergence(blocks, ways, true, divergence);
+        let (ways, divergence) = (&ways[..], &divergence[..]);
+        let seen = &*rows;
+        let [sum, taken, number] = step.domain.sum(sum_of(owned, |a| {
+            if seen[a].diagonal > 0.0 { [seen[a].right, ways[a].dot(force[a]), 1.0] } else { [0.0; 3] }
+        }));
+        let least = (LEAST_FORCE / step.settings.fluid.spacing).powi(2);
+        let level = sum / (taken + number * least);
+        for_each_chunk(rows, ROWS, |number, rows| {
+            for (row, entry) in rows.iter_mut().enumerate().filter(|(_, entry)| entry.diagonal > 0.0) {
+                entry.right += level * divergence[number * ROWS + row];
+            }
+        });
+        for_each_chunk(&mut gradient[..owned], ROWS, |number, gradient| {
+            gradient.iter_mut().zip(&force[number * ROWS..]).for_each(|(g, force)| *g += level * *force);
         });
     }
 
