@@ -21,7 +21,8 @@
 //! ```
 //!
 //! with the velocity `u''` after the viscous step, so that it does not depend on the step once that is
-//! longer than viscosity and friction need.
+//! longer than viscosity and friction need. Where the transport has brought heavier fluid to a face there, `a_old` is what the old pressure
+//! gives this: the acceleration of a gas, given to the liquid that has come, would be a hundred times what grains can bear.
 
 use sazanami_numerics::domain::{Domain, GhostRules};
 use sazanami_numerics::grid::Field;
@@ -33,6 +34,7 @@ use crate::momentum::Impulses;
 use crate::pass::Pass;
 use crate::pressure::Projection;
 use crate::schemes::{Transposed, ViscosityScheme};
+use crate::surface_tension::SurfaceTension;
 
 /// Longest time of the damping between cells and faces, over `dx^2 / nu`.
 const DAMPING: Real = 0.1;
@@ -105,6 +107,30 @@ impl Acceleration {
         }
     }
 
+    /// Beside surfaces of grains, where the transport has changed the `density`, keeps the smaller of the two accelerations that the last
+    /// projection gives a fluid of this density and of that before: what has come to a face does not leap away with what was light there.
+    pub fn carry(&mut self, domain: &Domain, projection: &Projection, density: &Field<Real>, gravity: Vector) {
+        if self.beside.is_none() {
+            return;
+        }
+        let (p, rho) = (projection.pressure().data(), density.data());
+        let jump = projection.tension.as_ref().map(SurfaceTension::jump);
+        for (d, faces) in self.faces.iter_mut().flatten().enumerate() {
+            let (behind, per_width) = (domain.strides()[d] as usize, 2.0 / self.spacing[d]);
+            let jump = jump.map(|jump| jump[d].data());
+            domain.for_each_row(&domain.faces(d), faces.data_mut(), |row, faces| {
+                for (face, at) in faces.iter_mut().zip(row.shifted(0)) {
+                    let below = at - behind;
+                    let rise = p[at] - p[below] - jump.map_or(0.0, |jump| jump[at]);
+                    let by_pressure = per_width * rise / (rho[at] + rho[below]);
+                    if by_pressure.abs() < (gravity[d] - *face).abs() {
+                        *face = gravity[d] - by_pressure;
+                    }
+                }
+            });
+        }
+    }
+
     /// Adds `time(at)` \[s] times the acceleration to the velocity of the cells.
     pub fn add(&self, domain: &Domain, velocity: &mut [Field<Real>; 3], time: impl Fn(usize) -> Real + Sync) {
         for (d, (u, faces)) in velocity.iter_mut().zip(self.kept()).enumerate() {
@@ -115,8 +141,8 @@ impl Acceleration {
         }
     }
 
-    /// The acceleration on the faces.
-    fn kept(&self) -> &[Field<Real>; 3] {
+    /// The acceleration on the faces [m/s^2].
+    pub fn kept(&self) -> &[Field<Real>; 3] {
         self.faces.as_ref().expect("it was kept at the start of the pass")
     }
 

@@ -8,7 +8,8 @@
 //!     + chi (u_s + dt a + dt (grad p_old - grad p) / rho_s)
 //! ```
 //!
-//! `u_s + dt a` is the velocity that the grain has at the end of the step if its acceleration stays what it was, and
+//! (where an acceleration has been carried through the viscous step ([`crate::acceleration`]), `grad p_old` is the gradient that gives it to
+//! the fluid that is there now). `u_s + dt a` is the velocity that the grain has at the end of the step if its acceleration stays what it was, and
 //! the last term the change of that acceleration by the change of the pressure: the projection moves the closed part
 //! as a grain of density `rho_s` moves, in the same step. Fluid and grain are thus coupled implicitly (no lower limit
 //! of the density ratio), the closed part of a fixed grain does not leak in steady flow, and the equation has no
@@ -17,9 +18,9 @@
 //! equation: Ng, Min and Gibou, J. Comput. Phys. 228 (2009) 8807; a rigid body in it: Batty, Bertails and Bridson,
 //! ACM Trans. Graph. 26 (2007) 100.
 
-use sazanami_numerics::Real;
 use sazanami_numerics::domain::{Domain, Row};
 use sazanami_numerics::grid::Field;
+use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
 use crate::boundary::Boundary;
@@ -92,6 +93,9 @@ pub(crate) struct Closing<'a> {
     pub density: &'a [Real],
     /// Sum of `alpha_k` times the velocity expected of the grain at the end of the step [m/s].
     pub velocity: [&'a [Real]; 3],
+    /// The acceleration on the faces that the velocities of grains have already felt, and gravity in it [m/s^2]; else it is that of the
+    /// last pressure.
+    pub before: Option<(&'a [Field<Real>; 3], Vector)>,
     /// Part of an acceleration that friction leaves within the step, if the projection counts it.
     pub response: Option<&'a [Real]>,
     /// Whether the grains take the fluid that friction binds along.
@@ -142,8 +146,17 @@ impl Mobility {
         flow: &mut Flow,
         dt: Real,
     ) {
-        let Closing { fraction: alpha, density: solid, velocity, response, binding, rows: covered, shared, cut } =
-            closing;
+        let Closing {
+            fraction: alpha,
+            density: solid,
+            velocity,
+            before,
+            response,
+            binding,
+            rows: covered,
+            shared,
+            cut,
+        } = closing;
         let cut = cut.filter(|_| shared.is_some());
         let [_, n2, n3] = domain.cells();
         let shared = cut.and(shared);
@@ -194,8 +207,11 @@ impl Mobility {
                     let response =
                         response.map_or(1.0, |b| (b[at - behind] * rho[at - behind] + b[at] * rho[at]) / mass);
                     let bound = if binding { closed + (1.0 - closed) * (1.0 - response) } else { closed };
-                    let rise = p[at] - p[at - behind] - jump.map_or(0.0, |jump| jump[at]);
-                    uf[i] += held + bound * scale * lightness * rise;
+                    let felt = match before {
+                        Some((faces, gravity)) => 0.5 * mass * dt * (gravity[d] - faces[d].data()[at]),
+                        None => scale * (p[at] - p[at - behind] - jump.map_or(0.0, |jump| jump[at])),
+                    };
+                    uf[i] += held + bound * lightness * felt;
                     mobility[i] = (1.0 - closed) * response + bound * lightness * 0.5 * mass;
                 }
             });

@@ -21,6 +21,7 @@ use crate::surface_tension::SurfaceTension;
 
 const VOLUME_FRACTION: &str = "fluid/volume_fraction";
 const OPEN_PART: &str = "fluid/open_part";
+const WAITING: &str = "fluid/liquid_waiting";
 const VELOCITY: [&str; 3] = ["fluid/velocity_1", "fluid/velocity_2", "fluid/velocity_3"];
 const FACE_VELOCITY: [&str; 3] = ["fluid/face_velocity_1", "fluid/face_velocity_2", "fluid/face_velocity_3"];
 const LAST_FACES: [&str; 3] = ["fluid/last_faces_1", "fluid/last_faces_2", "fluid/last_faces_3"];
@@ -50,6 +51,7 @@ impl Solver {
         snapshot.put_reals(VOLUME_FRACTION, domain.gather(&self.flow.volume_fraction));
         if let Some(room) = &self.room {
             snapshot.put_reals(OPEN_PART, domain.gather(room.open_field()));
+            snapshot.put_reals(WAITING, domain.gather(room.waiting_field()));
         }
         snapshot.put_reals(PRESSURE, domain.gather(self.projection.pressure()));
         for d in 0..3 {
@@ -137,7 +139,8 @@ impl Solver {
         let Self { domain, room, grains, .. } = &mut solver;
         if let Some(room) = room {
             self::scatter(domain, snapshot, OPEN_PART, room.open_mut())?;
-            room.complete(domain, grains.covered_mut());
+            self::scatter(domain, snapshot, WAITING, room.waiting_mut())?;
+            room.resume(domain, grains.covered_mut());
         }
         Ok(solver)
     }
@@ -163,7 +166,8 @@ impl SurfaceTension {
 #[must_use]
 pub fn is_of_cells(name: &str) -> bool {
     let fields = [VELOCITY, FACE_VELOCITY, LAST_FACES, EARLIER_FACES, EARLIER_LAST_FACES, RESPONSE, JUMP, LAST_JUMP];
-    [VOLUME_FRACTION, OPEN_PART, PRESSURE].contains(&name) || fields.iter().flatten().any(|&field| field == name)
+    [VOLUME_FRACTION, OPEN_PART, WAITING, PRESSURE].contains(&name)
+        || fields.iter().flatten().any(|&field| field == name)
 }
 
 /// Reads a field of the cells on rank 0 and gives each rank its part.

@@ -85,7 +85,7 @@ impl Flow {
         }
         if let Some((room, imprint)) = &mut beside {
             room.hand_over(domain, imprint, self, Vector::ZERO);
-            room.keep_fraction(domain, &self.volume_fraction);
+            room.keep_fraction(domain, self);
             room.carry_grains(domain, imprint, &mut self.face_velocity, -1.0);
         }
         let mut report = TransportReport::default();

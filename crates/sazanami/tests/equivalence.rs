@@ -386,6 +386,8 @@ fn outcome(scratch: &Scratch, small: &Small, on: On, more: Option<&str>) -> Left
 
 /// Kind of a section.
 fn kind_of(section: &str) -> &str {
+    // Liquid that waits for room is a part of a cell.
+    let section = if section == "fluid/liquid_waiting" { "fluid/volume_fraction" } else { section };
     // The components of a vector share their scale.
     section.strip_suffix("_1").or(section.strip_suffix("_2")).or(section.strip_suffix("_3")).unwrap_or(section)
 }
@@ -475,7 +477,10 @@ fn table_differences(a: &Left, b: &Left) -> Vec<(Real, String)> {
 fn liquid(left: &Left) -> Real {
     let fraction = left.state.reals("fluid/volume_fraction").expect("the case is sound");
     match left.state.reals("fluid/open_part") {
-        Ok(open) => fraction.iter().zip(open).map(|(fraction, open)| fraction * open).sum(),
+        Ok(open) => {
+            let waiting = left.state.reals("fluid/liquid_waiting").expect("it is beside the open part");
+            fraction.iter().zip(open).zip(waiting).map(|((fraction, open), waiting)| fraction * open + waiting).sum()
+        }
         Err(_) => fraction.iter().sum(),
     }
 }

@@ -20,6 +20,12 @@ impl GrainPhase {
         (!self.is_empty() && self.coupling.room == LiquidRoom::Open).then_some(solid)
     }
 
+    /// Volume fractions and velocities of the grains in their new places, for the room that they leave.
+    pub(crate) fn moved(&mut self, domain: &Domain) -> &mut Imprint {
+        self.sum_velocities(domain, |_, _| [Vector::ZERO; 2]);
+        &mut self.imprint
+    }
+
     /// Volume fractions of the grains, for filling their ghosts.
     pub(crate) fn covered_mut(&mut self) -> &mut Imprint {
         &mut self.imprint
@@ -69,7 +75,6 @@ impl GrainPhase {
             return self.receive(domain, dt, |phase, n| vectors(&phase.partial[n]));
         }
         std::mem::swap(&mut self.partial, &mut self.before);
-        self.sum_velocities(domain, |_, _| [Vector::ZERO; 2]);
         let Flow { velocity: u, density, .. } = flow;
         self.take(domain, u, density, Some(room.open()));
         exchange::back_project(domain, &self.imprint, u, density);

@@ -102,6 +102,7 @@ impl GrainPhase {
             fraction: solid_fraction.data(),
             density: solid_density.data(),
             velocity: solid_velocity.each_ref().map(Field::data),
+            before: None,
             response: None,
             binding: self.joint.on,
             rows: &self.surface.covered,

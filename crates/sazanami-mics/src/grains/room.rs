@@ -15,7 +15,10 @@
 //! without room keeps that of the sweeps, in which nothing but the equations of the whole cell sees it.
 //!
 //! Momentum is counted on the open part, `sum V rho u dV + sum M v`. The equations of the fluid still hold on whole cells; what
-//! they give the part 1 - V of a cell, transport included, goes to the grains in it, and so does what a change of V leaves.
+//! they give the part 1 - V of a cell, transport included, goes to the grains in it, and so does what a change of V leaves. Liquid that fills
+//! the room of a cell makes its covered part heavier too: what that gains moves with the grains. With the velocity of the liquid that came it would
+//! be energy from nowhere, the more the less room there is, for the grains to take when the cell comes to rest. A rest that no round places
+//! has no momentum while it waits; the grains have it.
 
 mod settle;
 
@@ -56,6 +59,14 @@ const LIGHT: Real = 0.5;
 /// Round-off of the liquid in a cell.
 const ROUND_OFF: Real = 1e-15;
 
+/// Velocity of a covered cell whose density changes from that of the transport, with the velocity `u`, to that of the liquid in its room:
+/// what the covered part gains of mass moves with the grains, whose mean velocity is `solid` over `alpha` [m/s].
+#[inline]
+fn beside_grains(u: Real, densities: [Real; 2], solid: Real, alpha: Real) -> Real {
+    let [before, after] = densities;
+    if after > before { u + (1.0 - before / after) * (solid / alpha - u) } else { u }
+}
+
 /// Fraction and excess of the liquid `l` in the room `v`, both in cell volumes; `beside` is the fraction where there is no room.
 fn split(l: Real, v: Real, beside: Real) -> [Real; 2] {
     let bounded = if v.abs() > NONE { l / v } else { beside }.clamp(0.0, 1.0);
@@ -75,8 +86,10 @@ pub(crate) struct Room {
     /// Momentum for the grains of a cell, per volume [N s/m^3]; in a cell without grains what it was too light to take, until that is
     /// booked.
     given: [Field<Real>; 3],
-    /// Liquid beyond the room, in cell volumes.
+    /// Liquid beyond the room, in cell volumes; between steps the rest that waits for room.
     excess: Field<Real>,
+    /// Whether there is such a rest on any rank.
+    waits: bool,
     /// Rows with grains, or with another room than that of a whole cell.
     rows: RowSet,
     /// Solid fraction from which on a cell has no room.
@@ -97,6 +110,7 @@ impl Room {
             kept: three(),
             given: three(),
             excess: domain.field(0.0),
+            waits: false,
             rows: RowSet::default(),
             solid,
             weight: Vector::ZERO,
@@ -120,13 +134,14 @@ impl Room {
 
     /// Finds the rows that are not wholly open.
     fn mark(&mut self, domain: &Domain, imprint: &Imprint) {
-        let Self { rows, open, .. } = self;
+        let Self { rows, open, excess, .. } = self;
         let [n1, n2, n3] = domain.cells();
         let alpha = imprint.solid_fraction.data();
         rows.mark([n2, n3], |j, k| {
             let start = open.at(-1, j, k);
             let row = start..start + n1 + 2;
-            open.data()[row.clone()].iter().any(|&open| open != 1.0) || alpha[row].iter().any(|&alpha| alpha > 0.0)
+            let differs = |field: &[Real], from: Real| field[row.clone()].iter().any(|&value| value != from);
+            differs(open.data(), 1.0) || differs(alpha, 0.0) || differs(excess.data(), 0.0)
         });
     }
 
@@ -135,9 +150,25 @@ impl Room {
         &self.open
     }
 
-    /// The same for writing, at a restart: [`Self::complete`] comes after it.
+    /// The same for writing, at a restart: [`Self::resume`] comes after it.
     pub fn open_mut(&mut self) -> &mut Field<Real> {
         &mut self.open
+    }
+
+    /// The rests that wait for room as a field, in cell volumes.
+    pub fn waiting_field(&self) -> &Field<Real> {
+        &self.excess
+    }
+
+    /// The same for writing, at a restart: [`Self::resume`] comes after it.
+    pub fn waiting_mut(&mut self) -> &mut Field<Real> {
+        &mut self.excess
+    }
+
+    /// Goes on with open parts and rests of a restart.
+    pub fn resume(&mut self, domain: &Domain, imprint: &mut Imprint) {
+        self.waits = self.largest_excess(domain) > 0.0;
+        self.complete(domain, imprint);
     }
 
     /// The open part of the cells, by place in memory.
@@ -251,8 +282,26 @@ impl Room {
         }
     }
 
+    /// Takes the momentum of the rests that wait for room from the grains again.
+    fn take_up(&mut self, domain: &Domain, flow: &Flow) {
+        if !self.waits {
+            return;
+        }
+        let drho = flow.fluids.liquid_density - flow.fluids.gas_density;
+        let excess = self.excess.data();
+        for (given, u) in self.given.iter_mut().zip(&flow.velocity) {
+            domain.for_each_row(&domain.interior(), given.data_mut(), |row, given| {
+                for (given, at) in given.iter_mut().zip(row.shifted(0)).filter(|(_, at)| excess[*at] != 0.0) {
+                    *given -= drho * excess[at] * u.data()[at];
+                }
+            });
+        }
+    }
+
     /// Keeps the liquid fraction before the sweeps.
-    pub fn keep_fraction(&mut self, domain: &Domain, c: &Field<Real>) {
+    pub fn keep_fraction(&mut self, domain: &Domain, flow: &Flow) {
+        self.take_up(domain, flow);
+        let c = &flow.volume_fraction;
         domain.for_each_row(&domain.interior(), self.fraction.data_mut(), |row, fraction| {
             if self.rows.holds(row.j, row.k) {
                 fraction.copy_from_slice(&c.data()[row.shifted(0)]);
@@ -275,34 +324,41 @@ impl Room {
         let per_width = domain.grid().spacing.recip() * dt;
         let Flow { volume_fraction, velocity, face_velocity, fluids, .. } = flow;
         let (alpha, faces) = (imprint.solid_fraction.data(), face_velocity.each_ref().map(Field::data));
+        let solid = imprint.solid_velocity.each_ref().map(Field::data);
         let (before, drho) = (fraction.data(), fluids.liquid_density - fluids.gas_density);
         let kept = kept.each_ref().map(Field::data);
         let [u1, u2, u3] = velocity.each_mut().map(Field::data_mut);
         let [g1, g2, g3] = given.each_mut().map(Field::data_mut);
         let fields = (volume_fraction.data_mut(), open.data_mut(), excess.data_mut(), (u1, u2, u3), (g1, g2, g3));
         domain.for_each_row(&domain.interior(), fields, |row, (c, open, excess, (u1, u2, u3), (g1, g2, g3))| {
-            excess.fill(0.0);
             if !rows.holds(row.j, row.k) {
                 return;
             }
             for (i, at) in row.shifted(0).enumerate() {
-                if alpha[at] == 0.0 && open[i] == 1.0 {
+                if alpha[at] == 0.0 && open[i] == 1.0 && excess[i] == 0.0 {
                     continue;
                 }
                 let widening = |d: usize| per_width[d] * (faces[d][at + strides[d]] - faces[d][at]);
                 let dilatation = widening(0) + widening(1) + widening(2);
                 let (was, full) = (before[at], if before[at] > 0.5 { 1.0 } else { 0.0 });
-                let liquid = open[i] * was + (c[i] - was) - full * dilatation;
-                let covered = (1.0 - open[i]) * fluids.density(was) + dilatation * fluids.density(full);
+                let liquid = open[i] * was + (c[i] - was) - full * dilatation + excess[i];
+                let whole = fluids.density(was) + dilatation * fluids.density(full);
+                let covered = whole - open[i] * fluids.density(was) - drho * excess[i];
                 open[i] -= dilatation;
+                let swept = fluids.density(c[i].clamp(0.0, 1.0));
                 [c[i], excess[i]] = split(liquid, open[i], c[i]);
+                let densities = [swept, fluids.density(c[i])];
                 let mass = open[i] * fluids.density(c[i]) + drho * excess[i];
                 let is_light = mass <= LIGHT * covered.abs();
                 for (d, (u, given)) in
                     [(&mut *u1, &mut *g1), (&mut *u2, &mut *g2), (&mut *u3, &mut *g3)].into_iter().enumerate()
                 {
                     let left = covered * (u[i] - kept[d][at]);
-                    if alpha[at] > 0.0 || is_light {
+                    if alpha[at] > 0.0 {
+                        let now = beside_grains(u[i], densities, solid[d][at], alpha[at]);
+                        given[i] += left + mass * (u[i] - now);
+                        u[i] = now;
+                    } else if is_light {
                         given[i] += left;
                     } else {
                         u[i] += left / mass;
@@ -317,7 +373,7 @@ impl Room {
         report
     }
 
-    /// Gives the fluid the room that the grains leave it in their new places.
+    /// Gives the fluid the room that the grains leave it in their new places, where they have the velocity in `imprint`.
     pub fn refit(
         &mut self,
         domain: &Domain,
@@ -325,15 +381,16 @@ impl Room {
         imprint: &mut Imprint,
         flow: &mut Flow,
     ) -> SettleReport {
+        self.take_up(domain, flow);
         let Self { open, given, excess, rows, solid, .. } = self;
         let Flow { volume_fraction, velocity, fluids, .. } = flow;
         let drho = fluids.liquid_density - fluids.gas_density;
         let alpha = imprint.solid_fraction.data();
+        let moving = imprint.solid_velocity.each_ref().map(Field::data);
         let [u1, u2, u3] = velocity.each_mut().map(Field::data_mut);
         let [g1, g2, g3] = given.each_mut().map(Field::data_mut);
         let fields = (volume_fraction.data_mut(), open.data_mut(), excess.data_mut(), (u1, u2, u3), (g1, g2, g3));
         domain.for_each_row(&domain.interior(), fields, |row, (c, open, excess, (u1, u2, u3), (g1, g2, g3))| {
-            excess.fill(0.0);
             if !rows.holds(row.j, row.k) && !imprint.row_is_covered(row.j, row.k) {
                 return;
             }
@@ -342,14 +399,18 @@ impl Room {
                 if now == open[i] {
                     continue;
                 }
-                let (liquid, before) = (open[i] * c[i], open[i] * fluids.density(c[i]));
+                let (liquid, density) = (open[i] * c[i] + excess[i], fluids.density(c[i]));
+                let before = open[i] * density + drho * excess[i];
                 // Without gas for the difference it is the room that differs.
                 [c[i], excess[i]] = if c[i] > FULL - TRACE { [FULL, liquid - now] } else { split(liquid, now, c[i]) };
                 open[i] = now;
                 let after = now * fluids.density(c[i]) + drho * excess[i];
-                for (u, given) in [(&mut *u1, &mut *g1), (u2, g2), (u3, g3)] {
+                let densities = [density, fluids.density(c[i])];
+                for (d, (u, given)) in [(&mut *u1, &mut *g1), (u2, g2), (u3, g3)].into_iter().enumerate() {
                     if alpha[at] > 0.0 {
-                        given[i] += (before - after) * u[i];
+                        let now = beside_grains(u[i], densities, moving[d][at], alpha[at]);
+                        given[i] += before * u[i] - after * now;
+                        u[i] = now;
                     } else {
                         u[i] *= before / after;
                     }
@@ -364,10 +425,11 @@ impl Room {
         report
     }
 
-    /// Volume of the liquid, over all ranks [m^3].
+    /// Volume of the liquid, that which waits for room included, over all ranks [m^3].
     pub fn liquid_volume(&self, domain: &Domain, c: &Field<Real>) -> Real {
-        let (open, c) = (self.open.data(), c.data());
-        let sum = domain.sum_rows(&domain.interior(), |row| [row.shifted(0).map(|at| open[at] * c[at]).sum()]);
+        let (open, c, waiting) = (self.open.data(), c.data(), self.excess.data());
+        let liquid = |at: usize| open[at] * c[at] + waiting[at];
+        let sum = domain.sum_rows(&domain.interior(), |row| [row.shifted(0).map(liquid).sum()]);
         domain.sum(sum)[0] * domain.grid().cell_volume()
     }
 

@@ -46,7 +46,7 @@ impl Solver {
         watch(Phase::Coupling);
         report.imprint = grains.imprint(domain);
         if let Some(room) = room.as_mut() {
-            report.transport.settled += room.refit(domain, boundary, grains.covered_mut(), flow);
+            report.transport.settled += room.refit(domain, boundary, grains.moved(domain), flow);
         }
         report.impulses += grains.exchange(domain, flow, room.as_mut(), gravity, dt);
         report.book_sides();
@@ -133,6 +133,9 @@ impl<'a> FluidPass<'a> {
         let beside = self.room.as_deref_mut().map(|room| (room, grains.covered()));
         report.transport += flow.transport_beside(domain, boundary, dt, beside, Some(projection.outside()));
         projection.add_gradient(domain, &flow.density, &mut flow.velocity, half);
+        if let Some(acceleration) = &mut self.acceleration {
+            acceleration.carry(domain, projection, &flow.density, self.now.gravity);
+        }
     }
 
     /// Phase 2: viscous stress, friction on the surfaces of grains.
@@ -168,7 +171,9 @@ impl<'a> FluidPass<'a> {
         if let Some(closing) = self.grains.closing() {
             let response = self.acceleration.as_ref().and_then(|acceleration| acceleration.response());
             let cut = |d: usize, into: [&mut Field<Real>; 3]| self.grains.cut_faces(domain, d, into);
-            let closing = Closing { response, cut: Some(&cut), ..closing };
+            let before = self.acceleration.as_ref().filter(|acceleration| acceleration.is_beside_surfaces());
+            let before = before.map(|acceleration| (acceleration.kept(), gravity));
+            let closing = Closing { response, before, cut: Some(&cut), ..closing };
             self.projection.close_faces(domain, boundary, closing, self.flow, dt);
         }
         if self.projection.tension.is_some() {

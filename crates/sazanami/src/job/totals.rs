@@ -37,6 +37,8 @@ summed! {
         outside_volume: Real, "m^3", "volume of grains outside the box";
         #[serde(default)]
         room_difference: Real, "m^3", "liquid in full cells beyond the volume that grains leave open, or open volume without liquid";
+        #[serde(default)]
+        unplaced_volume: Real, "m^3", "liquid displaced by grains, or the lack of it, that waits in cells without open volume, each cell without its sign";
         grain_speed: Real, "m/s", "speed of a grain";
     }
 }
@@ -48,10 +50,6 @@ summed! {
         moved_volume: Real, "m^3", "volume of these remnants";
         clipped_cells: u64, "", "nearly empty or full cells that were clipped";
         clipped_volume: Real, "m^3", "liquid volume that this added (negative: removed)";
-        #[serde(default)]
-        unplaced_cells: u64, "", "cells in which liquid displaced by grains was added or removed";
-        #[serde(default)]
-        unplaced_volume: Real, "m^3", "this liquid, each cell without its sign; its sum is in `clipped_volume`";
         #[serde(default)]
         handed_on_volume: Real, "m^3", "liquid that grains displaced from full cells into neighbouring ones";
         out_of_range_cells: u64, "", "cells whose liquid fraction left the range 0 to 1 by more than 1e-9";
@@ -191,13 +189,12 @@ impl Totals {
         worst.outside_volume = worst.outside_volume.max(report.imprint.outside_volume);
         let settled = &report.transport.settled;
         worst.room_difference = worst.room_difference.max(settled.left_volume);
+        worst.unplaced_volume = worst.unplaced_volume.max(settled.waiting_volume);
         let corrections = &mut self.corrections;
         corrections.moved_cells += residue.moved_cells;
         corrections.moved_volume += residue.moved_volume;
         corrections.clipped_cells += residue.clipped_cells;
-        corrections.clipped_volume += residue.clipped_volume + settled.clipped_volume;
-        corrections.unplaced_cells += settled.clipped_cells;
-        corrections.unplaced_volume += settled.clipped_amount;
+        corrections.clipped_volume += residue.clipped_volume;
         corrections.handed_on_volume += settled.moved_volume;
         corrections.out_of_range_cells += residue.out_of_range_cells;
         self.liquid_through += report.transport.volume_through.iter().flatten().sum::<Real>();

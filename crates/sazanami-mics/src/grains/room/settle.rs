@@ -6,14 +6,14 @@
 //!
 //! After grains have moved, a full cell stays full, and its excess of either sign is a difference of its room: it hands a part of it on,
 //! so that differences of opposite sign meet, or reach a surface. What is left after the last round a full cell keeps as such a
-//! difference; what is left elsewhere is taken away and booked.
+//! difference; elsewhere, in cells without room that are not full, it waits where it is and is tried again in the next step.
 
 use sazanami_numerics::domain::{Domain, GhostRules};
 use sazanami_numerics::grid::{Field, GHOSTS};
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
-use super::{FULL, LIGHT, Room, split};
+use super::{FULL, LIGHT, Room, beside_grains, split};
 use crate::boundary::Boundary;
 use crate::flow::Flow;
 use crate::fluids::Fluids;
@@ -42,13 +42,11 @@ pub struct SettleReport {
     pub left_cells: u64,
     /// Sum of these differences without their sign, in the last rounds [m^3].
     pub left_volume: Real,
-    /// Cells in which liquid was added or removed because no round had placed it.
-    pub clipped_cells: u64,
-    /// Liquid added there (negative: removed) [m^3].
-    pub clipped_volume: Real,
-    /// The same, each cell without its sign [m^3].
-    pub clipped_amount: Real,
-    /// Momentum added with it, and where a cell was too light to take what it was given [N s].
+    /// Other cells in which liquid, or the lack of it, waits for room.
+    pub waiting_cells: u64,
+    /// This liquid, each cell without its sign [m^3].
+    pub waiting_volume: Real,
+    /// Momentum added where a cell was too light to take what it was given [N s].
     pub clipped_momentum: Vector,
 }
 
@@ -57,9 +55,7 @@ impl std::ops::AddAssign for SettleReport {
         self.rounds += other.rounds;
         self.moved_volume += other.moved_volume;
         (self.left_cells, self.left_volume) = (other.left_cells, other.left_volume);
-        self.clipped_cells += other.clipped_cells;
-        self.clipped_volume += other.clipped_volume;
-        self.clipped_amount += other.clipped_amount;
+        (self.waiting_cells, self.waiting_volume) = (other.waiting_cells, other.waiting_volume);
         self.clipped_momentum += other.clipped_momentum;
     }
 }
@@ -98,6 +94,8 @@ struct Cells<'a> {
     excess: &'a [Real],
     weights: &'a [Real],
     velocity: [&'a [Real]; 3],
+    /// Sum of the solid fractions times the velocities of the grains [m/s].
+    solid: [&'a [Real]; 3],
     faces: [&'a [Real]; 3],
     strides: [usize; 3],
     /// Time over the widths of the cells [s/m].
@@ -169,7 +167,15 @@ impl Cells<'_> {
         let (whole, is_covered) = (self.fluids.density(fraction), self.alpha[at] > 0.0);
         let is_light = mass < LIGHT * whole.max(carried);
         // With what carries the impulse: gas alone would be faster than the liquid that passes through it.
-        let gained = impulse / if is_covered || is_light { whole + carried } else { mass };
+        let gained = if is_covered {
+            let densities = [self.fluids.density(c), whole];
+            let moving = Vector::from_array(
+                [0, 1, 2].map(|d| beside_grains(u[d], densities, self.solid[d][at], self.alpha[at]) - u[d]),
+            );
+            (impulse + whole * moving) / (whole + carried)
+        } else {
+            impulse / if is_light { whole + carried } else { mass }
+        };
         let given = if is_covered || is_light { impulse - mass * gained } else { Vector::ZERO };
         Some(Change { at, fraction, excess, velocity: u + gained, given })
     }
@@ -190,6 +196,7 @@ impl Room {
         let rounds = ROUNDS[usize::from(dt.is_none())];
         while report.rounds < rounds && self.largest_excess(domain) > SETTLED {
             report.rounds += 1;
+            let before = report.moved_volume;
             let Flow { volume_fraction, velocity: [u1, u2, u3], .. } = flow;
             domain.fill_halos_to(
                 1,
@@ -202,13 +209,16 @@ impl Room {
                 ],
             );
             report.moved_volume += self.hand_on(domain, imprint, flow, dt);
+            if report.moved_volume == before {
+                break;
+            }
         }
         self.leave(domain, imprint, flow, &mut report);
         report.clipped_momentum += self.take_untaken(domain, imprint);
         report
     }
 
-    fn largest_excess(&self, domain: &Domain) -> Real {
+    pub(super) fn largest_excess(&self, domain: &Domain) -> Real {
         let excess = self.excess.data();
         domain.max(
             domain.max_rows(&domain.interior(), |row| row.shifted(0).map(|at| excess[at].abs()).fold(0.0, Real::max)),
@@ -233,6 +243,7 @@ impl Room {
             excess: x,
             weights: &[],
             velocity: flow.velocity.each_ref().map(Field::data),
+            solid: imprint.solid_velocity.each_ref().map(Field::data),
             faces: flow.face_velocity.each_ref().map(Field::data),
             strides: domain.strides().map(|stride| stride as usize),
             per_width: domain.grid().spacing.recip() * dt.unwrap_or_default(),
@@ -289,44 +300,43 @@ impl Room {
         domain.sum(moved)[0] * domain.grid().cell_volume()
     }
 
-    /// Leaves what no round has placed: a full cell keeps it as a difference of its room, to be settled later.
+    /// Leaves what no round has placed: a full cell keeps it as a difference of its room, to be settled later; elsewhere it waits, and what
+    /// is given gets its momentum.
     fn leave(&mut self, domain: &Domain, imprint: &Imprint, flow: &mut Flow, report: &mut SettleReport) {
         if self.largest_excess(domain) == 0.0 {
+            self.waits = false;
             return;
         }
         let volume = domain.grid().cell_volume();
         let drho = flow.fluids.liquid_density - flow.fluids.gas_density;
         let gas = flow.fluids.gas_density;
-        let (x, c, u) = (self.excess.data(), flow.volume_fraction.data(), flow.velocity.each_ref().map(Field::data));
+        let (x, c) = (self.excess.data(), flow.volume_fraction.data());
         let left = domain.sum(domain.sum_rows(&domain.interior(), |row| {
-            let mut sum = [0.0; 8];
+            let mut sum = [0.0; 4];
             for at in row.shifted(0).filter(|&at| x[at] != 0.0) {
-                if c[at] == FULL {
-                    sum[0] += 1.0;
-                    sum[1] += x[at].abs() * volume;
-                } else {
-                    sum[2] -= x[at] * volume;
-                    sum[3] += x[at].abs() * volume;
-                    sum[4] += 1.0;
-                    (0..3).for_each(|d| sum[5 + d] -= drho * x[at] * volume * u[d][at]);
-                }
+                let waits = 2 * usize::from(c[at] != FULL);
+                sum[waits] += 1.0;
+                sum[waits + 1] += x[at].abs() * volume;
             }
             sum
         }));
-        report.left_cells = left[0] as u64;
-        report.left_volume = left[1];
-        report.clipped_volume = left[2];
-        report.clipped_amount = left[3];
-        report.clipped_cells = left[4] as u64;
-        report.clipped_momentum = Vector::from_slice(&left[5..]);
+        [report.left_cells, report.waiting_cells] = [left[0], left[2]].map(|cells| cells as u64);
+        [report.left_volume, report.waiting_volume] = [left[1], left[3]];
+        self.waits = report.waiting_cells > 0;
         let Flow { volume_fraction, velocity, fluids, .. } = flow;
         let (c, alpha) = (volume_fraction.data(), imprint.solid_fraction.data());
         let [u1, u2, u3] = velocity.each_mut().map(Field::data_mut);
         let [g1, g2, g3] = self.given.each_mut().map(Field::data_mut);
         let fields = (self.open.data_mut(), self.excess.data_mut(), (u1, u2, u3), (g1, g2, g3));
         domain.for_each_row(&domain.interior(), fields, |row, (open, excess, (u1, u2, u3), (g1, g2, g3))| {
-            for (i, at) in row.shifted(0).enumerate().filter(|(_, at)| c[*at] == FULL) {
+            for (i, at) in row.shifted(0).enumerate() {
                 if excess[i] == 0.0 {
+                    continue;
+                }
+                if c[at] != FULL {
+                    for (u, given) in [(&u1[i], &mut g1[i]), (&u2[i], &mut g2[i]), (&u3[i], &mut g3[i])] {
+                        *given += drho * excess[i] * u;
+                    }
                     continue;
                 }
                 let before = open[i] * fluids.liquid_density + drho * excess[i];
@@ -340,8 +350,8 @@ impl Room {
                         u[i] *= before / after;
                     }
                 }
+                excess[i] = 0.0;
             }
-            excess.fill(0.0);
         });
         domain.fill_halos_to(1, &mut [(&mut self.open, &GhostRules::EVEN)]);
     }
@@ -386,6 +396,7 @@ mod tests {
                 excess: &excess,
                 weights: &zero,
                 velocity: [&[0.0, 2.0], &zero, &zero],
+                solid: [&zero; 3],
                 faces: [&zero; 3],
                 strides: [1, 2, 2],
                 per_width: Vector::ZERO,

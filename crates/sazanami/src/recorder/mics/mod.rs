@@ -127,7 +127,7 @@ impl GridObserver {
             momentum.add(report.impulses.terms());
         }
         self.through += report.transport.volume_through.iter().flatten().sum::<Real>();
-        self.clipped += report.transport.residue.clipped_volume + report.transport.settled.clipped_volume;
+        self.clipped += report.transport.residue.clipped_volume;
     }
 
     fn restore(&mut self, job: &Job, leads: bool, snapshot: &Snapshot) -> Result<(), RankError> {
