@@ -57,8 +57,8 @@ impl Paraboloid {
 fn solve<const N: usize>(mut a: [[Real; N]; N], mut b: [Real; N], least: Real) -> Option<[Real; N]> {
     for n in 0..N {
         let pivot = (n..N).max_by(|&i, &j| a[i][n].abs().total_cmp(&a[j][n].abs()))?;
-        // Not a number is no pivot either.
-        if !(a[pivot][n].abs() > least) {
+        let size = a[pivot][n].abs();
+        if size.is_nan() || size <= least {
             return None;
         }
         a.swap(n, pivot);

@@ -60,7 +60,7 @@ impl Heights {
     #[inline]
     pub fn in_cell(&self, d: usize, at: usize) -> Option<(Real, bool)> {
         let value = self.fields[d].data()[at];
-        (value != 0.0).then(|| if value > 0.0 { (value - SHIFT, true) } else { (value + SHIFT, false) })
+        (value != 0.0).then_some(if value > 0.0 { (value - SHIFT, true) } else { (value + SHIFT, false) })
     }
 
     /// The height in the column along `d` through the cell at `at`, from that cell's centre, that is nearest to `near`, both in cells, and
