@@ -97,11 +97,20 @@ impl Beds {
                 None => initial_heights(&self.snapshot),
             };
             found.findings.set_erosion(Erosion::of(&now, &settings, initial.as_ref()));
-            // Of the course of V with other settings nothing is known.
-            if erosion_settings(own).as_ref() == Some(&settings)
-                && let Ok(&[time]) = self.snapshot.reals(CLOCK)
-            {
-                found.findings.set_rest(&volume_course(&self.snapshot), time);
+            if let Ok(&[time]) = self.snapshot.reals(CLOCK) {
+                let course = volume_course(&self.snapshot);
+                match erosion_settings(own) {
+                    Some(of_run) if of_run == settings => found.findings.set_rest(&course, time),
+                    // Of the course of V with other settings nothing is known: whether the crater rests is as in the run.
+                    Some(of_run) => {
+                        let mut in_the_run = Findings::default();
+                        let initial = initial_heights(&self.snapshot);
+                        in_the_run.set_erosion(Erosion::of(&now, &of_run, initial.as_ref()));
+                        in_the_run.set_rest(&course, time);
+                        found.findings.rests_in_the_run = in_the_run.known().at_rest;
+                    }
+                    None => {}
+                }
             }
         }
         self.evaluate_splash(case, own, &now, &mut found);

@@ -20,6 +20,8 @@ pub(crate) struct Findings {
     pub no_erosion: Option<String>,
     /// When the crater came to rest, or why that is not known; `None` without a crater that could be evaluated.
     pub rest: Option<Result<Rest, RestError>>,
+    /// Whether it rests by the evaluation of the run, where this one has other keys.
+    pub rests_in_the_run: Option<bool>,
     /// Number of drops that fall.
     pub drops: usize,
     pub splash: Option<Splash>,
@@ -48,7 +50,10 @@ impl Findings {
 
     /// What is known of the crater beside its surface.
     pub fn known(&self) -> Known {
-        Known { at_rest: self.rest.and_then(Result::ok).map(|rest| rest.at_rest), drops: self.drops }
+        Known {
+            at_rest: self.rest.and_then(Result::ok).map(|rest| rest.at_rest).or(self.rests_in_the_run),
+            drops: self.drops,
+        }
     }
 
     /// Crater and splash as the summary has them.
