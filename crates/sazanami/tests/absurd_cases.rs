@@ -280,7 +280,7 @@ fn surfaces_that_contact_spheres_leave_uncovered_are_warned_of() {
         texts.into_iter().find(|text| text.contains("uncovered"))
     };
     let warning = boxes("").unwrap_or_default();
-    assert!(warning.contains("up to 62.2 um, 16 % of its size") && warning.contains("sphere_radius"), "{warning}");
+    assert!(warning.contains("up to 62.18 um, 16 % of its size") && warning.contains("sphere_radius"), "{warning}");
     assert_eq!(boxes("contact_spheres = \"shell(300)\", sphere_radius = \"0.035 mm\","), None);
 }
 
@@ -424,7 +424,7 @@ fn liquids_that_overlap_are_counted_once_and_said() {
     );
     let texts = warned(&[]);
     assert!(
-        texts.len() == 1 && texts[0].contains("`b` lies where `a` is") && texts[0].contains("of its 268.08"),
+        texts.len() == 1 && texts[0].contains("`b` lies where `a` is") && texts[0].contains("of its 268.1 mm^3"),
         "{texts:#?}"
     );
     // Negative controls: apart, side by side, and a bubble, which is meant to lie in the liquid and takes its place there.

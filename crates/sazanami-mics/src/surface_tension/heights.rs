@@ -140,8 +140,8 @@ mod tests {
 
     #[test]
     fn liquid_between_the_ends_of_a_column_gives_its_height() {
-        let up = [1.0, 1.0, 0.75, 0.5, 0.0, 0.0];
-        assert_eq!([1, 2, 3, 4].map(|at| height(&up, at, 1)), [None, None, Some((-0.25, true)), None]);
+        let up = [1.0, 1.0, 1.0, 0.75, 0.5, 0.0, 0.0, 0.0];
+        assert_eq!([2, 3, 4, 5].map(|at| height(&up, at, 1)), [None, None, Some((-0.25, true)), None]);
         let down = [0.0, 0.0, 0.5, 0.75, 1.0, 1.0];
         assert_eq!([2, 3].map(|at| height(&down, at, 1)), [Some((0.25, false)), None]);
         let flat = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0];
