@@ -8,7 +8,7 @@
 //!     + chi (u_s + dt a + dt (grad p_old - grad p) / rho_s)
 //! ```
 //!
-//! (where an acceleration has been carried through the viscous step ([`crate::acceleration`]), `grad p_old` is the gradient that gives it to
+//! (where an acceleration has been carried through the viscous step (`acceleration.rs`), `grad p_old` is the gradient that gives it to
 //! the fluid that is there now). `u_s + dt a` is the velocity that the grain has at the end of the step if its acceleration stays what it was, and
 //! the last term the change of that acceleration by the change of the pressure: the projection moves the closed part
 //! as a grain of density `rho_s` moves, in the same step. Fluid and grain are thus coupled implicitly (no lower limit
