@@ -180,7 +180,10 @@ def test_ctrl_c_writes_a_checkpoint(tmp_path):
     (tmp_path / "drop.toml").write_text(DROP)
     script = textwrap.dedent(
         f"""
+        import signal
         import sazanami
+        # Who starts the tests in the background has them ignore Ctrl-C, and so their children.
+        signal.signal(signal.SIGINT, signal.default_int_handler)
         case = sazanami.Case.from_file({str(tmp_path / "drop.toml")!r})
         case.set({{"run.until": "10 s", "output": {{"series": {{"steps": 1}}}}}})
         try:
