@@ -54,7 +54,7 @@ print("columns of the bed:", ", ".join(bed))
 
 def said(ripples):
     """Ripples, or why there are none yet: a bed takes many periods to grow them."""
-    return ripples.get("not_measured") or {key: value for key, value in ripples.items() if not isinstance(value, dict)}
+    return ripples["crested"].get("none") or f"{ripples['crested']['wavelength_mm']:.1f} mm apart"
 
 
 print("ripples:", said(tank.ripples))

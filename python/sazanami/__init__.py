@@ -7,10 +7,12 @@
 0.005
 """
 
+from typing import List as _List
+
 from . import _engine
 from ._keys import Keys
-from .case import Case, Check, Limit, explain, quantity, templates
-from .errors import (
+from ._case import Case, Check, Limit, explain, quantity, templates
+from ._errors import (
     CaseError,
     Finding,
     InputError,
@@ -22,11 +24,11 @@ from .errors import (
     UnknownKeyError,
 )
 
-from .functions import Bed, Mesh, analyse, evaluate, pack, read_bed, read_mesh, volume_fractions
-from .results import Results, States
-from .run import Run, StepInfo, resume
-from .state import Arrays, Grid, Particles, State
-from .tables import Table
+from ._functions import Bed, Mesh, analyse, evaluate, pack, read_bed, read_mesh, volume_fractions
+from ._results import Results, States
+from ._run import Run, StepInfo, resume
+from ._state import Arrays, Grid, Particles, State
+from ._tables import Table
 
 __version__ = _engine.__version__
 
@@ -67,3 +69,13 @@ __all__ = [
     "quantity",
     "templates",
 ]
+
+# What people use is called by the name of the package, in messages, help and pickles, and nothing else is listed.
+for _name in __all__:
+    if getattr(globals()[_name], "__module__", "").startswith(__name__ + "."):
+        globals()[_name].__module__ = __name__
+del _name
+
+
+def __dir__() -> _List[str]:
+    return sorted(__all__)

@@ -6,10 +6,10 @@ import json
 import os
 from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Sequence, Tuple, Union
 
-from .errors import InputError
+from ._errors import InputError
 
 if TYPE_CHECKING:
-    from .case import Case
+    from ._case import Case
 
 Names = Tuple[str, ...]
 Path = Union[str, Sequence[Union[str, int]]]
@@ -107,6 +107,9 @@ class Keys:
 
     def __dir__(self) -> List[str]:
         return sorted(set(self._case._known(self._names)["keys"]) | set(self.keys()))
+
+    def __reduce__(self) -> Any:
+        return type(self), (self._case, self._names)
 
     def __eq__(self, other: object) -> bool:
         return self.as_dict() == (other.as_dict() if isinstance(other, Keys) else other)

@@ -71,7 +71,7 @@ fn exception<'py>(
     let made = || {
         let keywords = PyDict::new(py);
         let arguments = arguments(&keywords)?;
-        py.import("sazanami.errors")?.getattr(name)?.call(arguments, Some(&keywords))
+        py.import("sazanami._errors")?.getattr(name)?.call(arguments, Some(&keywords))
     };
     made().map_or_else(|error| error, PyErr::from_value)
 }

@@ -160,6 +160,36 @@ def test_copies(case):
         assert case.run.until == 2e-3
 
 
+def test_cases_that_mean_the_same_are_equal(case):
+    written_otherwise = Case.from_text(SMALL.replace('"8 mm", "8 mm"', '"0.8 cm", "8000 um"'), "elsewhere/small.toml")
+    assert written_otherwise == case and not written_otherwise != case
+    assert case.with_keys({"run.until": "2 ms"}) != case and case != "small"
+    assert case.with_keys({"run.until": "2 ms"}).with_keys({"run.until": "1 ms"}) == case
+    with pytest.raises(TypeError):
+        hash(case)
+
+
+def test_keys_and_errors_go_to_other_processes_and_back(case):
+    keys = pickle.loads(pickle.dumps(case.liquid[0]))
+    assert keys == case.liquid[0] and keys.region.sphere.diameter == 3e-3
+    for wrong in ["cfl", "clf"]:
+        with pytest.raises(CaseError) as caught:
+            setattr(case.fluid, wrong, -1.0)
+        again = pickle.loads(pickle.dumps(caught.value))
+        assert type(again) is type(caught.value) and str(again) == str(caught.value)
+        assert again.findings == caught.value.findings and again.suggestion == caught.value.suggestion
+    stopped = pickle.loads(pickle.dumps(sazanami.RunInterrupted("out")))
+    assert stopped.folder == "out" and str(stopped) == str(sazanami.RunInterrupted("out"))
+
+
+def test_only_public_names_are_listed(case):
+    assert dir(sazanami) == sorted(sazanami.__all__) and not hasattr(sazanami, "errors")
+    assert not [name for name in dir(case) if name.startswith("_")]
+    for name in sazanami.__all__:
+        module = getattr(getattr(sazanami, name), "__module__", "sazanami")
+        assert module in ("sazanami", "builtins"), f"{name} is of {module}"
+
+
 def test_names_of_methods_hide_no_key(case):
     keys = set(case._known(())["keys"])
     own = {name for name in dir(type(case)) if not name.startswith("_")}

@@ -1,6 +1,7 @@
 """Results in folders, sound and damaged."""
 
 import json
+import pickle
 import shutil
 
 import numpy as np
@@ -55,6 +56,10 @@ def test_states_are_read_from_files(results):
     assert first.grid.liquid_fraction.shape == (12, 12, 12)
     assert states[1].grid is None and states.at(0.6e-3).time == pytest.approx(0.5e-3)
     assert last.time == pytest.approx(1e-3)
+    assert states.at("0.6 ms").time == states.at(0.6e-3).time and states.at(1e-3).time == last.time
+    for out_of_range in [-1e-3, 1.1e-3, 1.0, float("nan"), "2 s"]:
+        with pytest.raises(InputError, match="there is no state at"):
+            states.at(out_of_range)
     with pytest.raises(IndexError):
         states[5]
     with pytest.raises(AttributeError, match="there is no array `spin`"):
@@ -70,6 +75,34 @@ def test_files_hold_what_was_seen(drop, tmp_path, results):
     assert read.grid.axes[0] == pytest.approx(seen.grid.axes[0])
     assert read.grains.position == pytest.approx(seen.grains.position, rel=1e-6)
     assert read.grains.orientation == pytest.approx(seen.grains.orientation, abs=1e-6)
+
+
+def test_results_go_to_other_processes(results, run_of_drop):
+    again = pickle.loads(pickle.dumps(results))
+    assert again.summary == results.summary and list(again.series["time"]) == list(results.series["time"])
+    states = pickle.loads(pickle.dumps(results.states))
+    assert states.times == results.states.times and (states[-1].grains.id == results.states[-1].grains.id).all()
+    state = pickle.loads(pickle.dumps(results.states[0]))
+    assert (state.grid.pressure == results.states[0].grid.pressure).all() and state.grid.cells == (12, 12, 12)
+    table = pickle.loads(pickle.dumps(results.series))
+    assert table.units == results.series.units
+    run = pickle.loads(pickle.dumps(run_of_drop))
+    assert run.folder == run_of_drop.folder and run.summary == results.summary
+
+
+def test_a_run_without_results_is_not_pickled(drop):
+    with pytest.raises(InputError, match="has not ended"):
+        pickle.dumps(drop.start())
+
+
+def test_quoted_cells_are_read(copied):
+    series = copied / "series.csv"
+    rows = [line.split(",") for line in series.read_text().splitlines()]
+    before = sazanami.Results(copied).series
+    series.write_text("".join(",".join(f'"{cell}"' for cell in row) + "\n" for row in rows))
+    after = sazanami.Results(copied).series
+    assert list(after) == list(before) and after.units == before.units
+    assert list(after["time"]) == list(before["time"]) and list(after["limiter"]) == list(before["limiter"])
 
 
 def test_pyvista(results):

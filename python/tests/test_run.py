@@ -28,6 +28,10 @@ def test_a_run_ends_with_its_results(run_of_drop):
 def test_options_that_make_no_sense_are_refused(drop, tmp_path, run_of_drop):
     for options in [
         {"until": "1 mm"},
+        {"until": "-1 ms"},
+        {"until": -1e-3},
+        {"until": float("nan")},
+        {"until": float("inf")},
         {"steps": 0},
         {"threads": 0},
         {"steps": 3, "until": 1e-3},
@@ -176,7 +180,10 @@ def test_ctrl_c_writes_a_checkpoint(tmp_path):
     (tmp_path / "drop.toml").write_text(DROP)
     script = textwrap.dedent(
         f"""
+        import signal
         import sazanami
+        # Who starts the tests in the background has them ignore Ctrl-C, and so their children.
+        signal.signal(signal.SIGINT, signal.default_int_handler)
         case = sazanami.Case.from_file({str(tmp_path / "drop.toml")!r})
         case.set({{"run.until": "10 s", "output": {{"series": {{"steps": 1}}}}}})
         try:

@@ -1,4 +1,4 @@
-//! The paper's case and a settled bed for it: the shipped one, or else tiles of a small periodic bed.
+//! The paper's case with its shipped bed, and beds of spheres made of tiles of a small periodic one.
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -16,22 +16,14 @@ use sazanami_parallel::{Communicator, Solo};
 
 use sazanami::assembly::grains;
 use sazanami::assembly::shapes::shape_of;
-use sazanami::bed_file::{Bed, BedGrain, Recipe};
-use sazanami::case::meaning::{BedFile, BoundarySide, Case, ContactSphereChoice, GrainPlacement};
+use sazanami::bed_file::Bed;
+use sazanami::case::meaning::{Case, ContactSphereChoice, GrainPlacement};
 use sazanami::case::{self, LoadedCase};
 
 /// The paper's case, as shipped.
-const PAPER: &str = include_str!("../../../cases/raindrop/paper.toml");
+const PAPER: &str = include_str!("../cases/raindrop/paper.toml");
 /// Its path in the repository.
 const PLACE: &str = "cases/raindrop/paper.toml";
-/// Tiles of the bed of a wave tank, along x1.
-const TANK_TILES: usize = 8;
-/// Tiles of the stand-in bed along x1 and x2.
-const TILES: usize = 4;
-/// Grains of a tile: 30,896 in all.
-const TILE_GRAINS: u64 = 1931;
-/// Stiffness of contacts while a tile is packed [N/m].
-const SOFT: Real = 200.0;
 /// Mean speed of a bed at rest, as the packing has it [m/s].
 const AT_REST: Real = 2e-3;
 /// Sub-steps in which grains lose speed until they lie on each other, what a sub-step leaves of it, and how fast they
@@ -48,21 +40,23 @@ const LOOKS: usize = 24;
 pub(crate) struct Paper {
     pub case: Case,
     pub bed: Bed,
-    /// Whether the bed is the shipped one.
-    pub shipped: bool,
 }
 
-/// The paper's case and the shipped bed, or a stand-in for it.
+/// What to do where the shipped bed is not found.
+const NO_BED: &str =
+    "needs the shipped bed: run it in the repository, where `cases/raindrop/paper.toml` names the file";
+
+/// The paper's case and the shipped bed.
 pub(crate) fn paper() -> Result<Paper, String> {
     static ONCE: OnceLock<Result<Paper, String>> = OnceLock::new();
-    ONCE.get_or_init(|| shipped().map_or_else(packed_with_axes, Ok)).clone()
+    ONCE.get_or_init(|| shipped().ok_or_else(|| NO_BED.to_owned())).clone()
 }
 
 /// The same for each of several ranks, all of which have to see the same bed.
 pub(crate) fn paper_on(communicator: &dyn Communicator) -> Result<Paper, String> {
     let own = paper();
     let found = match &own {
-        Ok(paper) => paper.bed_in_words(),
+        Ok(_) => "has it",
         Err(problem) => problem,
     };
     let mut all = Vec::new();
@@ -75,13 +69,6 @@ pub(crate) fn paper_on(communicator: &dyn Communicator) -> Result<Paper, String>
             String::from_utf8_lossy(&all[rank])
         )),
     }
-}
-
-/// The paper's case with a bed of grains with nine spheres on the long axis: the shipped bed is packed for shells, and
-/// these spheres overlap in it.
-pub(crate) fn packed_with_axes() -> Result<Paper, String> {
-    static ONCE: OnceLock<Result<Paper, String>> = OnceLock::new();
-    ONCE.get_or_init(stand_in).clone()
 }
 
 fn parse(path: &Path, overrides: &[String]) -> Result<LoadedCase, String> {
@@ -100,39 +87,8 @@ fn shipped() -> Option<Paper> {
         let case = parse(&root.join(PLACE), &[]).ok()?.case;
         let GrainPlacement::Bed(file) = &case.grains.first()?.placement else { return None };
         let bed = Bed::read(&file.file).ok()?;
-        Some(Paper { bed, case, shipped: true })
+        Some(Paper { bed, case })
     })
-}
-
-/// The case with tiles of a small bed in place of the one it names.
-fn stand_in() -> Result<Paper, String> {
-    let mut case = paper_case()?;
-    let axis = Body::from(&shape(&case, ContactSphereChoice::Axis(9))?);
-    // Tiles fit together where the sides are periodic.
-    for d in 0..2 {
-        case.boundary[d] = [BoundarySide::Periodic; 2];
-        case.dem.grain_walls[d] = [false; 2];
-    }
-    let (lower, upper) = (case.domain.lower, case.domain.upper);
-    let width = (upper.x - lower.x) / TILES as Real;
-    // Soft springs take longer sub-steps, and at rest the overlaps stay below a thousandth of a grain all the same.
-    let soft = LinearSpringDashpot { normal_stiffness: SOFT, tangential_stiffness: SOFT, ..LinearSpringDashpot::SAND };
-    let tile = pack_tile(&axis, soft, [width; 2], TILE_GRAINS)?;
-    let grains: Vec<BedGrain> = tiled(&tile, [width; 2], [TILES; 2])
-        .iter()
-        .map(|grain| BedGrain {
-            shape: 0,
-            scale: 1.0,
-            position: lower + grain.position,
-            orientation: grain.orientation,
-            held: false,
-        })
-        .collect();
-    let file = BedFile { file: PathBuf::new(), scale: 1.0, relax: false, recipe: None };
-    let kind = case.grains.first_mut().ok_or("the paper's case has no grains")?;
-    kind.count = Some(grains.len());
-    kind.placement = GrainPlacement::Bed(file);
-    Ok(Paper { case, bed: Bed { lower, upper, recipe: Recipe::default(), grains }, shipped: false })
 }
 
 /// The shape of the paper's grain with contact spheres of choice.
@@ -159,11 +115,6 @@ impl Paper {
         let setup = grains::setup(&self.case, std::slice::from_ref(shape));
         let placed = grains::placed(&self.case, &[Some(self.bed.clone())]);
         Engine::new(domain, setup, &placed).map_err(|error| error.to_string())
-    }
-
-    /// Description of the bed.
-    pub(crate) fn bed_in_words(&self) -> &'static str {
-        if self.shipped { "the shipped bed" } else { "16 tiles of a small bed, sides periodic" }
     }
 }
 
@@ -224,50 +175,31 @@ fn tiled(tile: &[Grain], width: [Real; 2], tiles: [usize; 2]) -> Vec<Grain> {
     grains
 }
 
-/// Engine with tiles of equal spheres on a floor, sides periodic.
+/// Engine with `count` equal spheres on a floor of these widths, made of so many tiles along x1 and x2; periodic in x2, and in
+/// x1 unless there are walls.
 pub(crate) fn spheres(
     diameter: Real,
     law: LinearSpringDashpot,
-    width: Real,
-    count: u64,
-) -> Result<(Domain, Engine), String> {
-    let body = Body::ball(0.5 * diameter);
-    let tile = width / TILES as Real;
-    let grains = tiled(&pack_tile(&body, law, [tile; 2], count / (TILES * TILES) as u64)?, [tile; 2], [TILES; 2]);
-    let upper = Vector::new(width, width, 0.05);
-    let domain = Domain::solo(Grid::new([8, 8, 8], Vector::ZERO, upper), [true, true, false]);
-    let setup = Setup {
-        bodies: vec![body],
-        interactions: Interactions::uniform(1, law),
-        walls: vec![Wall::at_rest(Vector::ZERO, Vector::Z, 0)],
-        region: [Vector::splat(-1.0), Vector::ONE],
-        ghost_margin: 0.0,
-    };
-    let engine = Engine::new(&domain, setup, &grains).map_err(|error| error.to_string())?;
-    Ok((domain, engine))
-}
-
-/// Engine with tiles of equal spheres on a floor between walls across x1, periodic in x2.
-pub(crate) fn tank(
-    diameter: Real,
-    law: LinearSpringDashpot,
-    width: [Real; 2],
+    (width, tiles): ([Real; 2], [usize; 2]),
     count: usize,
+    walls: bool,
 ) -> Result<(Domain, Engine), String> {
     let body = Body::ball(0.5 * diameter);
-    let tile = [width[0] / TANK_TILES as Real, width[1]];
-    // A few more than needed: those in the walls go.
-    let packed = pack_tile(&body, law, tile, (count / TANK_TILES) as u64 + 20)?;
-    let mut grains = tiled(&packed, tile, [TANK_TILES, 1]);
-    let margin = 0.25 * diameter;
-    grains.retain(|grain| (margin..width[0] - margin).contains(&grain.position.x));
-    grains.truncate(count);
+    let tile = [0, 1].map(|d| width[d] / tiles[d] as Real);
+    // A few more than needed between walls: those in the walls go.
+    let of_tile = count / (tiles[0] * tiles[1]) + if walls { 20 } else { 0 };
+    let mut grains = tiled(&pack_tile(&body, law, tile, of_tile as u64)?, tile, tiles);
+    if walls {
+        let margin = 0.25 * diameter;
+        grains.retain(|grain| (margin..width[0] - margin).contains(&grain.position.x));
+        grains.truncate(count);
+    }
     let upper = Vector::new(width[0], width[1], 0.05);
-    let domain = Domain::solo(Grid::new([8, 8, 8], Vector::ZERO, upper), [false, true, false]);
+    let domain = Domain::solo(Grid::new([8, 8, 8], Vector::ZERO, upper), [!walls, true, false]);
     let setup = Setup {
         bodies: vec![body],
         interactions: Interactions::uniform(1, law),
-        walls: Wall::of_box(Vector::ZERO, upper, 0, [[true; 2], [false; 2], [true, false]]),
+        walls: Wall::of_box(Vector::ZERO, upper, 0, [[walls; 2], [false; 2], [true, false]]),
         region: [Vector::splat(-1.0), Vector::ONE],
         ghost_margin: 0.0,
     };

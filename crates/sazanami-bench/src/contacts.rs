@@ -29,20 +29,15 @@ const SHELL: ContactSphereChoice = ContactSphereChoice::Shell { count: 75, radiu
 /// The paper's bed with shells of 75 spheres.
 pub(crate) fn shell75() -> Result<Timing, String> {
     static ONCE: OnceLock<Result<Timing, String>> = OnceLock::new();
-    ONCE.get_or_init(|| in_bed(&beds::paper()?, SHELL)).clone()
+    ONCE.get_or_init(|| in_bed(&beds::paper()?)).clone()
 }
 
-/// A bed of the same size with nine spheres on the long axis.
-pub(crate) fn axis9() -> Result<Timing, String> {
-    in_bed(&beds::packed_with_axes()?, ContactSphereChoice::Axis(9))
-}
-
-fn in_bed(paper: &Paper, spheres: ContactSphereChoice) -> Result<Timing, String> {
-    let shape = beds::shape(&paper.case, spheres)?;
+fn in_bed(paper: &Paper) -> Result<Timing, String> {
+    let shape = beds::shape(&paper.case, SHELL)?;
     let domain = paper.domain()?;
     let mut engine = paper.engine(&domain, &shape)?;
     let dt = engine.contact_time_step();
-    let words = format!("{} spheres each, {}", shape.contact_spheres().len(), paper.bed_in_words());
+    let words = format!("{} spheres each", shape.contact_spheres().len());
     time_substeps(&domain, &mut engine, paper.case.gravity, dt, &words)
 }
 
@@ -55,14 +50,15 @@ pub(crate) fn spheres() -> Result<Timing, String> {
         friction: 0.6,
         ..LinearSpringDashpot::SAND
     };
-    let (domain, mut engine) = beds::spheres(1e-3, law, 31.8e-3, 30_600)?;
+    let (domain, mut engine) = beds::spheres(1e-3, law, ([31.8e-3; 2], [4; 2]), 30_600, false)?;
     let dt = engine.contact_time_step().min(1e-5);
     time_substeps(&domain, &mut engine, Vector::new(0.0, 0.0, -9.8), dt, "equal spheres of 1 mm, K_n = 100 N/m")
 }
 
 /// The bed of a wave tank: ten layers of spheres of 1 mm on 0.15 m x 0.02 m, 400 N/m.
 pub(crate) fn tank() -> Result<Timing, String> {
-    let (domain, mut engine) = beds::tank(1e-3, LinearSpringDashpot::spheres(400.0, 0.5, 0.4), [0.15, 0.02], 34_000)?;
+    let law = LinearSpringDashpot::spheres(400.0, 0.5, 0.4);
+    let (domain, mut engine) = beds::spheres(1e-3, law, ([0.15, 0.02], [8, 1]), 34_000, true)?;
     let dt = engine.contact_time_step();
     let words = "equal spheres of 1 mm, K_n = 400 N/m, walls across x1";
     time_substeps(&domain, &mut engine, Vector::new(0.0, 0.0, -9.8), dt, words)
@@ -101,11 +97,6 @@ fn time_substeps(
 /// Time to pack the paper's bed: its sub-steps, as many as the shipped bed took, at the price of one in the settled bed.
 pub(crate) fn packing_bed() -> Result<Timing, String> {
     let paper = beds::paper()?;
-    if !paper.shipped {
-        return Err("needs the shipped bed, whose recipe tells how long it took to settle; make it with \
-                    `sazanami run cases/raindrop/bed.toml`"
-            .into());
-    }
     let shape = beds::shape(&paper.case, SHELL)?;
     let engine = paper.engine(&paper.domain()?, &shape)?;
     let dt = engine.contact_time_step();

@@ -55,11 +55,7 @@ pub(crate) fn volume_fractions() -> Result<Timing, String> {
     }
     let shares: usize = (0..moved.owned()).map(|n| imprint.shares(n).len()).sum();
     let covered = imprint.solid_fraction.data().iter().filter(|&&alpha| alpha > 0.0).count();
-    timing.size = format!(
-        "{} grains, 4 x 4 columns a cell, {shares} shares in {covered} cells, {}",
-        moved.owned(),
-        paper.bed_in_words()
-    );
+    timing.size = format!("{} grains, 4 x 4 columns a cell, {shares} shares in {covered} cells", moved.owned());
     let bytes = 2.0 * SHARE_BYTES * shares as Real + 2.0 * 8.0 * SUMMED_FIELDS * covered as Real;
     let (floor, how) = floor_of_bytes(bytes, "shares out and in, five fields in and out where there are grains");
     Ok(timing.with_floor(floor, how))
@@ -84,8 +80,6 @@ pub(crate) fn whole_case(communicator: Box<dyn Communicator>) -> Result<(Case, S
 
 /// Peak of the resident memory while the paper's case is built and steps once.
 pub(crate) fn case_memory() -> Result<Timing, String> {
-    // The bed's stand-in, if it is needed, is no part of the case.
-    beds::paper()?;
     let before = forget_peak();
     let (case, mut solver) = whole_case(Box::<Solo>::default())?;
     Phases::default().step(&mut solver)?;

@@ -121,11 +121,6 @@ const BENCHES: &[Bench] = &[
         time: Time::Alone(contacts::shell75),
     },
     Bench {
-        name: "dem_substep_axis9",
-        about: "the same with 9 spheres on the long axis",
-        time: Time::Alone(contacts::axis9),
-    },
-    Bench {
         name: "dem_substep_spheres",
         about: "contact sub-step of 30,600 settled spheres",
         time: Time::Alone(contacts::spheres),

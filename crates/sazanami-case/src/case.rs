@@ -1,6 +1,6 @@
 //! The top of a case file, and what the rest of the program asks of a case.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use sazanami_case_derive::Keys;
 use sazanami_dem::ContactLaw;
@@ -16,8 +16,8 @@ use crate::presets::{Preset, Solver};
 use crate::read::{At, Context, Table};
 use crate::tables::{
     Bed, BoundarySide, BoxDomain, Checkpoints, Contacts, Coupling, DemOptions, Drive, Erosion, FluidOptions, Frame,
-    Gate, GrainPlacement, HeapObserved, LiquidRegion, Material, Materials, Measured, OutputFrame, Outputs, Overlap,
-    Particles, Population, Preparation, Probe, Ripples, RunLength, Sides, WallMotion, check_names,
+    Gate, GrainPlacement, HeapObserved, LiquidRegion, Material, Materials, OutputFrame, Outputs, Overlap, Particles,
+    Population, Preparation, Probe, Ripples, RunLength, Sides, WallMotion, check_names,
 };
 use crate::value::{Range1, Value};
 use crate::write::{Paths, Written};
@@ -220,7 +220,9 @@ impl Value for Gravity {
 impl Case {
     fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
         if self.name.is_empty() || self.name.contains(['/', '\\', '\0']) {
-            cx.report.error(table.place("name"), "`name` cannot be the name of a folder").label("used for the results");
+            cx.report
+                .error(table.place("name"), "`name` cannot be the name of a folder")
+                .label("the folder of results has this name");
         }
         if self.solver == Solver::Mps && !table.has("particles") {
             cx.missing(None, "particles", "add `[particles]` with `spacing = \"1 mm\"`");
@@ -342,17 +344,6 @@ impl Case {
     pub fn measured_profile(&self, file: &Path, time: Real) -> Result<Option<MeasuredProfile>, ReadingsError> {
         let place = self.tank_at(time)[0];
         Ok(MeasuredProfile::read_if_there(file)?.map(|profile| profile.in_tank([place.x, place.z])))
-    }
-
-    /// The bed and the water that were measured at `time` \[s], each by the first file that is there.
-    #[must_use]
-    pub fn measured_at(&self, time: Real) -> [Option<MeasuredProfile>; 2] {
-        let of = |file: fn(&Measured) -> Option<&PathBuf>| {
-            let mut tables =
-                self.ripples.iter().flat_map(|ripples| &ripples.measured).filter(|table| table.is_of(time));
-            tables.find_map(|table| self.measured_profile(file(table)?, table.time).ok().flatten())
-        };
-        [of(|table| table.bed.as_ref()), of(|table| table.water.as_ref())]
     }
 
     /// Whether positions are those in the laboratory, in which the walls move.

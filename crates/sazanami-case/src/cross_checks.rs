@@ -10,16 +10,17 @@ use crate::driven;
 use crate::liquids_at_walls;
 use crate::presets::Solver;
 use crate::read::Context;
-use crate::tables::{BoundarySide, GrainPlacement, OutputFrame, Population, Projection, RunEnd, place_of_side};
+use crate::surface_tension;
+use crate::tables::{BoundarySide, GrainPlacement, OutputFrame, Population, PressureForm, RunEnd, place_of_side};
 use crate::units::rounded;
 
 /// Reports what does not fit together across the tables of a case.
 pub fn check(case: &Case, cx: &mut Context<'_>) {
-    if case.fluid.projection == Projection::Incremental && !case.liquids.is_empty() {
+    if case.fluid.projection == PressureForm::Incremental && !case.liquids.is_empty() {
         let span = cx.places.of("fluid.projection");
         cx.report
             .warning(span, "incremental projection with two fluids")
-            .label("the pressure of an interface that has moved on stays behind")
+            .label("the pressure of the step before has its jump where the interface was then")
             .help("`projection = \"full\"` follows the interface");
     }
     if case.run.packing_only && !case.packs() && !cx.known.is_damaged {
@@ -36,6 +37,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     check_written_frame(case, cx);
     check_room(case, cx);
     check_floor(case, cx);
+    surface_tension::check(case, cx);
     driven::check(case, cx);
     driven::check_fall(case, cx);
     liquids_at_walls::check(case, cx);
@@ -58,7 +60,7 @@ fn check_densities(case: &Case, cx: &mut Context<'_>) {
         let what = if density < LIGHTEST { "lighter than foam" } else { "heavier than osmium" };
         cx.report
             .warning(cx.places.near(&key), format!("a density of {} kg/m^3 is {what}", rounded(density)))
-            .label("nothing that is poured or packed has it")
+            .label("outside the densities of real materials")
             .help("check the unit: sand has about 2650 kg/m^3, which is 2.65 g/cm^3");
     }
 }
@@ -79,7 +81,7 @@ fn check_rest(case: &Case, cx: &mut Context<'_>) {
     if never || series.every.is_some_and(|every| every > SLOWEST_ROWS) {
         cx.report
             .error_at(cx.places.near("output.series"), "rows of the series too far apart for `until = \"rest\"`")
-            .label("rest takes eight rows within 10 ms")
+            .label("whether a crater rests is judged by eight rows within 10 ms")
             .help(format!("give `output.series.every` as {} s at most", SLOWEST_ROWS));
     }
 }
@@ -106,8 +108,8 @@ fn check_written_frame(case: &Case, cx: &mut Context<'_>) {
     let Some(frame) = case.frame.as_ref().filter(|_| case.output.frame == OutputFrame::Laboratory) else { return };
     if frame.oscillation.is_some() || frame.acceleration != Vector::ZERO {
         cx.report
-            .error_at(cx.places.near("output.frame"), "the way to the laboratory is not known")
-            .label("an acceleration of the frame says nothing of where it began, and how fast")
+            .error_at(cx.places.near("output.frame"), "the position of the box in the laboratory is not known")
+            .label("an acceleration determines neither initial position nor initial velocity")
             .help("write the motion as `frame.motion`, or leave out `output.frame`");
     }
 }
@@ -120,7 +122,7 @@ fn check_room(case: &Case, cx: &mut Context<'_>) {
     if case.fluid.convection == Convection::VelocityForm {
         cx.report
             .error_at(cx.places.near("fluid.convection"), "`exchange = \"surface\"` and `convection = \"velocity_form\"`")
-            .label("the open part of cells is given momentum with the mass that crosses faces, which this form does not carry")
+            .label("surfaces leave liquid the open part of cells and carry momentum with the mass fluxes, which the velocity form does not use")
             .help("choose `fluid.convection = \"consistent\"`, or `coupling.exchange = \"stress\"`");
     }
 }
@@ -132,7 +134,7 @@ fn check_carrying_flow(case: &Case, cx: &mut Context<'_>) {
     if !case.grains.is_empty() {
         cx.report
             .error(span.clone(), "a carrying flow and grains")
-            .label("nothing is solved for: grains would not feel this flow")
+            .label("a prescribed flow has no forces: grains would not feel it")
             .help("leave out `carrying_flow`, or the grains");
     }
     if case.fluid.initial_velocity.is_some() {
@@ -169,7 +171,7 @@ fn check_floor(case: &Case, cx: &mut Context<'_>) {
     if let Some(population) = case.grains.iter().find(lies).filter(|_| !case.holds_grains(2, 0)) {
         let span = place_of_side(&cx.places, 2, 0);
         cx.report
-            .error_at(span, format!("nothing holds `{}` from below", population.name))
+            .error_at(span, format!("`{}` has no floor below it", population.name))
             .label("the side x3_lower is no wall for grains")
             .help("make `x3_lower` \"no_slip\" or \"slip\"");
     }
@@ -177,7 +179,7 @@ fn check_floor(case: &Case, cx: &mut Context<'_>) {
     if case.packs() && down <= case.gravity.x.hypot(case.gravity.y) {
         let span = cx.places.of("gravity");
         cx.report
-            .error_at(span, "gravity does not pack these grains onto the floor")
+            .error_at(span, "gravity does not press these grains onto the floor")
             .label("its largest part has to point down x3")
             .help("write `gravity = \"9.8 m/s^2\"`, which points down by itself");
     }

@@ -86,9 +86,11 @@ fn joined(path: &str, name: &str) -> String {
     if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") }
 }
 
+/// Levels of tables below the first one that are followed.
+const DEEPEST: usize = 5;
+
 /// Every key with its path; tables within tables of their own kind once.
 fn all_keys(path: &str, docs: &TableDoc, depth: usize, found: &mut Vec<(String, KeyDoc)>) {
-    const DEEPEST: usize = 5;
     for key in &docs.keys {
         let inner = joined(path, key.name);
         found.push((inner.clone(), key.clone()));
@@ -96,6 +98,36 @@ fn all_keys(path: &str, docs: &TableDoc, depth: usize, found: &mut Vec<(String, 
             all_keys(&inner, &key.nested_docs(), depth + 1, found);
         }
     }
+}
+
+/// The paths that [`explain`] knows, in the order of the declaration.
+#[must_use]
+pub fn key_paths() -> Vec<String> {
+    let mut found = Vec::new();
+    all_keys("", &Case::docs(), 0, &mut found);
+    found.into_iter().map(|(path, _)| path).collect()
+}
+
+/// The paths of keys that hold one value and can be laid over a case, the first element where there is a list of tables;
+/// keys below names of the user's choice are left out.
+#[must_use]
+pub fn value_paths() -> Vec<String> {
+    fn below(path: &str, docs: &TableDoc, depth: usize, found: &mut Vec<String>) {
+        for key in &docs.keys {
+            let inner = joined(path, key.name);
+            match &key.value {
+                ValueDoc::Leaf(..) | ValueDoc::Words(_) | ValueDoc::Word => found.push(inner),
+                ValueDoc::Table(docs) if depth > 0 => below(&inner, &docs(), depth - 1, found),
+                ValueDoc::Tables(docs) if depth > 0 => below(&joined(&inner, "0"), &docs(), depth - 1, found),
+                ValueDoc::Table(_) | ValueDoc::Tables(_) | ValueDoc::Named(_) => {}
+            }
+        }
+    }
+    let mut found = Vec::new();
+    below("", &Case::docs(), DEEPEST, &mut found);
+    // A word by itself and a table of the same name are alternatives.
+    found.dedup();
+    found
 }
 
 fn unknown(names: &[&str], docs: &TableDoc) -> Explained {

@@ -3,12 +3,12 @@
 mod films;
 mod gates;
 
-use sazanami_mps::scheme::{CONJUGATE_RADIUS, Projection};
+use sazanami_mps::scheme::{CONJUGATE_RADIUS, ParticleProjection};
 use sazanami_numerics::Real;
 
 use crate::case::Case;
 use crate::driven::resists;
-use crate::presets::Solver;
+use crate::presets::{Preset, Solver};
 use crate::read::Context;
 use crate::tables::{
     BoundarySide, FluidName, GrainPlacement, GrainShape, Particles, Placement, ProbePlace, SIDE_NAMES, SMOOTHING,
@@ -58,7 +58,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     warn_of_glued_beds(case, cx);
     check_seeded_ripples(case, cx);
     check_smoothing(case, cx);
-    check_conjugate(cx, particles);
+    check_projection(case, cx, particles);
     check_reach(case, cx, particles);
     check_lattice(case, cx, particles);
     if let Some(TankMotion::File { curve, .. }) = case.frame.as_ref().and_then(|frame| frame.motion.as_ref())
@@ -107,8 +107,8 @@ fn check_sides(case: &Case, cx: &mut Context<'_>) {
     let any = |wanted: BoundarySide| case.boundary.iter().flatten().any(|side| *side == wanted);
     if any(BoundarySide::NoSlip) && any(BoundarySide::Slip) {
         cx.report
-            .error(span, "walls of moving particles are all alike")
-            .label("some of these hold the fluid, others do not")
+            .error(span, "walls of moving particles have one kind of friction")
+            .label("both `no_slip` and `slip` walls are given")
             .help("choose \"no_slip\" or \"slip\" for all walls");
     }
 }
@@ -153,13 +153,20 @@ fn check_spheres(case: &Case, cx: &mut Context<'_>) {
     }
 }
 
-/// The conjugate projection has a least radius.
-fn check_conjugate(cx: &mut Context<'_>, particles: &Particles) {
-    if particles.projection == Projection::Conjugate && particles.radius < CONJUGATE_RADIUS {
+/// The published scheme belongs to the literal preset; the other has a least radius.
+fn check_projection(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
+    if particles.projection == ParticleProjection::Enhanced && case.preset != Preset::PaperLiteral {
+        let span = cx.places.of("particles.projection");
+        cx.report
+            .error_at(span, "`projection = \"enhanced\"` is the published scheme, part of `preset = \"paper_literal\"`")
+            .label("not with the default preset: its stabilisation acts as 14 to 20 times water's viscosity over beds")
+            .help("leave `projection` out, or write `preset = \"paper_literal\"` at the top of the case");
+    }
+    if particles.projection == ParticleProjection::Conjugate && particles.radius < CONJUGATE_RADIUS {
         let span = cx.places.of("particles.radius");
         cx.report
             .error_at(span, format!("`radius` is below {CONJUGATE_RADIUS}, the least of `projection = \"conjugate\"`"))
-            .label(format!("with {} water on a lattice does not stay at rest", particles.radius))
+            .label(format!("with {}, still water does not stay at rest", particles.radius))
             .help(format!("write `radius = {CONJUGATE_RADIUS}` or more, or leave it out"));
     }
 }
@@ -201,7 +208,7 @@ fn check_smoothing(case: &Case, cx: &mut Context<'_>) {
     } else if smoothing < largest {
         cx.report
             .error_at(span, "`smoothing` is smaller than a grain")
-            .label("water between grains does not see them, water within one sees nothing else")
+            .label("the void fraction would be 1 between grains and 0 within them")
             .help(format!("take {least} mm at least, 2.5 times the largest grain"));
     } else if smoothing < wide * (1.0 - 1e-9) {
         cx.report
@@ -257,7 +264,7 @@ fn check_seeded_ripples(case: &Case, cx: &mut Context<'_>) {
 fn check_lattice(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
     let span = cx.places.at("domain");
     // Between grains particles are larger by the conjugate projection, and so are their radii.
-    let widens = particles.projection == Projection::Conjugate && !case.grains.is_empty();
+    let widens = particles.projection == ParticleProjection::Conjugate && !case.grains.is_empty();
     let size = if widens { case.overlap.least_void.cbrt().recip() } else { 1.0 };
     let reach = size * particles.radius * particles.spacing;
     let extent = case.domain.extent();

@@ -68,8 +68,8 @@ pub fn only_of(source: &Source, known: &[&str], report: &mut Diagnostics) {
         let is_table_known = known.iter().any(|known| known.split('.').next() == Some(&keys[0]));
         match meant {
             Some(meant) => finding.label(format!("did you mean `{meant}`?")),
-            None if is_table_known => finding.label("what it rules was gathered during the run"),
-            None => finding.label("the run has been with what its case says here"),
+            None if is_table_known => finding.label("its data were sampled during the run and cannot be sampled again"),
+            None => finding.label("this key acted during the run: to change it, run the case again"),
         };
         finding.help(format!(
             "{} can be; for another one run the case again with it, `sazanami run CASE.toml --set ...`",
@@ -225,7 +225,7 @@ mod tests {
         let can = |path: &str| !told(path).contains("cannot be changed");
         assert!(can("ripples.margin=5 mm") && can("ripples.measured.0.time=1 s"));
         let gathered = told("ripples.layer_thickness=1 m");
-        assert!(gathered.contains("gathered during the run"), "{gathered}");
+        assert!(gathered.contains("sampled during the run"), "{gathered}");
         assert!(gathered.contains("`ripples.margin` and `ripples.measured` can be"), "{gathered}");
         assert!(told("ripples.margn=5 mm").contains("did you mean `ripples.margin`?"));
         assert!(told("ripples={}").contains("cannot be changed afterwards"));

@@ -68,6 +68,7 @@ const REMOVED: &[(&str, Option<&str>, &str)] = &[
     ("particles.surface_pressure", None, OF_PUBLISHED),
     ("particles.surface_test", None, OF_PUBLISHED),
     ("particles.weight", None, "the weight is Wendland's C2; leave the key out"),
+    ("ripples.image_side", None, "the bed is measured across the whole tank, from no side; leave the key out"),
 ];
 
 /// What a case does instead of the key at `path`, or of its word, where an earlier version had it.

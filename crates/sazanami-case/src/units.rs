@@ -212,6 +212,9 @@ fn split_number(text: &str, start: usize) -> Result<(&str, i32, usize), UnitErro
         });
     }
     let mantissa = &text[start..end];
+    if bytes.get(end) == Some(&b',') && bytes.get(end + 1).is_some_and(u8::is_ascii_digit) {
+        return Err(decimal_comma(text, start, end));
+    }
     let mut exponent = 0;
     if matches!(bytes.get(end), Some(b'e' | b'E')) {
         let sign = usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
@@ -226,6 +229,25 @@ fn split_number(text: &str, start: usize) -> Result<(&str, i32, usize), UnitErro
         }
     }
     Ok((mantissa, exponent, end))
+}
+
+/// Of a number with a comma at byte `comma`, as people write it whose decimals follow a comma or whose thousands do.
+fn decimal_comma(text: &str, start: usize, comma: usize) -> UnitError {
+    let rest = &text[comma..];
+    let of_number = |c: char| !(c.is_ascii_digit() || matches!(c, ',' | '.'));
+    let end = comma + rest.find(of_number).unwrap_or(rest.len());
+    let number = &text[start..end];
+    let points = number.matches('.').count();
+    let meant = match number.matches(',').count() {
+        1 if points == 0 => number.replace(',', "."),
+        _ => number.replace(',', ""),
+    };
+    let meant = format!("{meant}{}", &text[end..]);
+    UnitError {
+        message: "decimals follow a decimal point, not a comma, and thousands have no mark".into(),
+        suggestion: Some(format!("write `\"{}\"`", meant.trim_end())),
+        range: start..end,
+    }
 }
 
 /// A unit as a power of ten, a factor that is no power of ten, and a dimension.
@@ -481,12 +503,16 @@ mod tests {
 
     #[test]
     fn mistakes_are_named() {
-        let error = |text| parse_quantity(text).unwrap_err();
+        let error = |text: &str| parse_quantity(text).unwrap_err();
         assert_eq!(error("3 mmm").message, "`mmm` is not a unit known here");
         assert_eq!(error("3 mmm").range, 2..5);
         assert_eq!(error("3 Mm/sec").suggestion.as_deref(), Some("did you mean `s`?"));
         assert_eq!(error("mm").message, "a quantity begins with a number");
         assert!(error("1 N/m s").message.contains("fraction line"));
+        let meant = |text: &str| error(text).suggestion.unwrap();
+        assert!(error("0,02 s").message.contains("decimal point") && error("0,02 s").range == (0..4));
+        assert_eq!([meant("0,02 s"), meant("-1,5e-3 m/s")], ["write `\"0.02 s\"`", "write `\"-1.5e-3 m/s\"`"]);
+        assert_eq!([meant("1,000.5 mm"), meant("1,000,000 mm")], ["write `\"1000.5 mm\"`", "write `\"1000000 mm\"`"]);
         assert!(error("1 m^").message.contains("whole number"));
         assert!(error("1 (m").message.contains("bracket"));
         assert!(error("1e999 m").message.contains("finite"));

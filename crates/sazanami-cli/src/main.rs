@@ -8,6 +8,7 @@ mod terminal;
 mod commands;
 mod out_of_memory;
 mod ranks;
+mod words;
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -66,7 +67,7 @@ fn main() -> ExitCode {
 fn command(processes: Option<&Processes>, refused: Option<&JoinError>) -> u8 {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
-        Err(error) => return shown(&error),
+        Err(error) => return shown(&words::with_what_was_meant(error)),
     };
     match refused {
         Some(refused) if arguments.command.is_shared() => {

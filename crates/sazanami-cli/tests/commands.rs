@@ -162,3 +162,70 @@ fn a_signal_ends_a_run_with_a_checkpoint_to_go_on_from() {
     assert_eq!(code(&resumed), Some(0), "{}", errors(&resumed));
     assert_eq!(summary()["steps"].as_u64(), Some(steps + 2));
 }
+
+/// What bash offers for the last of `words`.
+fn completed(words: &[&str]) -> String {
+    let script = format!(
+        "source <(\"$0\" completions bash); COMP_WORDS=({}); COMP_CWORD={}; _sazanami sazanami '{}' '{}'; echo \"${{COMPREPLY[@]}}\"",
+        words.iter().map(|word| format!("'{word}'")).collect::<Vec<_>>().join(" "),
+        words.len() - 1,
+        words[words.len() - 1],
+        words[words.len() - 2],
+    );
+    let output = Command::new("bash").args(["-c", &script, env!("CARGO_BIN_EXE_sazanami")]).output();
+    let output = output.expect("bash can be started");
+    assert!(output.status.success(), "{}", errors(&output));
+    String::from_utf8_lossy(&output.stdout).trim().to_owned()
+}
+
+#[test]
+fn shells_complete_templates_keys_and_cases() {
+    assert_eq!(completed(&["sazanami", "new", "rain"]), "raindrop");
+    assert_eq!(completed(&["sazanami", "explain", "fluid.tol"]), "fluid.tol_div");
+    assert_eq!(completed(&["sazanami", "run", "case.toml", "--set", "fluid.tol"]), "fluid.tol_div=");
+    assert_eq!(completed(&["sazanami", "check", "case.toml", "--set", "grains.0.cou"]), "grains.0.count=");
+    assert_eq!(completed(&["sazanami", "verify", "layers-at"]), "layers-at-rest");
+    assert_eq!(completed(&["sazanami", "new", "zzz"]), "");
+    for shell in ["zsh", "fish"] {
+        let output = sazanami(Path::new("."), &["completions", shell]);
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(text.contains("raindrop") && text.contains("fluid.tol_div"), "{shell}");
+    }
+}
+
+#[test]
+fn manual_pages_are_printed_and_written() {
+    let printed = sazanami(Path::new("."), &["man"]);
+    let page = String::from_utf8_lossy(&printed.stdout).into_owned();
+    assert!(page.contains(".TH sazanami 1") && page.contains("resume") && page.contains("Exit codes"), "{page}");
+    let folder = tempfile::tempdir().unwrap();
+    assert_eq!(code(&sazanami(folder.path(), &["man", "--out", "man1"])), Some(0));
+    for name in ["sazanami.1", "sazanami-run.1", "sazanami-check.1"] {
+        let text = std::fs::read_to_string(folder.path().join("man1").join(name)).unwrap();
+        assert!(text.contains(".SH"), "{name}");
+    }
+    std::fs::write(folder.path().join("file"), "").unwrap();
+    assert_eq!(code(&sazanami(folder.path(), &["man", "--out", "file/man1"])), Some(2));
+}
+
+#[test]
+fn a_command_that_there_is_not_gets_the_one_that_was_meant() {
+    let said = |arguments: &[&str]| {
+        let output = sazanami(Path::new("."), arguments);
+        assert_eq!(code(&output), Some(2), "{arguments:?}");
+        errors(&output)
+    };
+    for (arguments, meant) in [
+        (&["chek", "case.toml"][..], "'check'"),
+        (&["rn"], "'run'"),
+        (&["analyze"], "'analyse'"),
+        (&["plot"], "'report'"),
+        (&["restart"], "'resume'"),
+        (&["help", "chek"], "'check'"),
+        (&["drop.toml"], "`sazanami run drop.toml`"),
+    ] {
+        let text = said(arguments);
+        assert!(text.contains("tip: ") && text.contains(meant), "{arguments:?}: {text}");
+    }
+    assert!(!said(&["dance"]).contains("tip: "));
+}

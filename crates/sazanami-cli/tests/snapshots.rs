@@ -66,6 +66,7 @@ fn help_is_as_expected() {
         "bench",
         "doctor",
         "completions",
+        "man",
     ] {
         let text = transcript(&tests(), &[command, "--help"]);
         assert!(text.contains("Example:\n  sazanami "), "no example for {command}:\n{text}");

@@ -10,20 +10,12 @@ const LEAST_ROWS: usize = 3;
 const LABORATORY: &str = "laboratory";
 
 /// A profile read from an experiment: a file with the columns `x_m,z_m` and comments `# key: value` (see
-/// [`crate::readings`]).
+/// [`crate::readings`]). Other comments are for readers of the file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeasuredProfile {
-    /// Origin as the file declares it (`source`).
-    pub source: Option<String>,
     /// Frame of the film, or frame of reference, in the words of whoever read it (`frame`). Places are those in the
     /// tank unless it is `laboratory`.
     pub frame: Option<String>,
-    /// Origin that the reading was made with, as declared (`x0`, `z0`). For the record: nothing is added to the points.
-    pub origin: [Option<f64>; 2],
-    /// Width of a pixel (`pixel_size_m`) \[m].
-    pub pixel_size: Option<f64>,
-    /// Uncertainty of the instant within the cycle (`phase_uncertainty_s`) \[s].
-    pub phase_uncertainty: Option<f64>,
     /// Largest shift in x1 to either side within which the origin is known (`x_shift_limit_m`) \[m]; without it the
     /// profile is not to be moved.
     pub x_shift_limit: Option<f64>,
@@ -60,7 +52,6 @@ impl MeasuredProfile {
     }
 
     fn of(readings: &Readings) -> Result<Self, ReadingsError> {
-        let text = |key: &str| readings.declared(key).map(str::to_owned);
         let positive = |key: &str| {
             let found = readings.declared_number(key)?;
             match found.filter(|value| *value < 0.0) {
@@ -69,11 +60,7 @@ impl MeasuredProfile {
             }
         };
         Ok(Self {
-            source: text("source"),
-            frame: text("frame"),
-            origin: [readings.declared_number("x0")?, readings.declared_number("z0")?],
-            pixel_size: positive("pixel_size_m")?,
-            phase_uncertainty: positive("phase_uncertainty_s")?,
+            frame: readings.declared("frame").map(str::to_owned),
             x_shift_limit: positive("x_shift_limit_m")?,
             z_shift_limit: positive("z_shift_limit_m")?,
             points: readings.points(),
@@ -88,10 +75,6 @@ mod tests {
     const FILE: &str = "\
 # source: figure 2, read by hand
 # frame: tank
-# x0: 0
-# z0: 0.0
-# pixel_size_m: 2e-4
-# phase_uncertainty_s: 0.02
 # x_shift_limit_m: 5e-3
 x_m,z_m
 -0.05,0.011
@@ -106,8 +89,6 @@ x_m,z_m
     #[test]
     fn what_the_header_declares_is_kept() {
         let profile = read(FILE).expect("a good file");
-        assert_eq!(profile.source.as_deref(), Some("figure 2, read by hand"));
-        assert_eq!((profile.origin, profile.pixel_size), ([Some(0.0); 2], Some(2e-4)));
         assert_eq!((profile.x_shift_limit, profile.z_shift_limit), (Some(5e-3), None));
         assert_eq!(profile.points.len(), 3);
         let bare = read("x_m,z_m\n0,1\n1,1\n2,1\n").expect("a good file");
@@ -126,9 +107,9 @@ x_m,z_m
     #[test]
     fn a_negative_limit_is_refused() {
         let problem = read(&FILE.replace("5e-3", "-5e-3")).expect_err("it is negative").to_string();
-        assert_eq!(problem, "exp_bed_t3.0.csv, line 7: x_shift_limit_m is -0.005; expected zero or more");
-        let word = read(&FILE.replace("0.02\n", "short\n")).expect_err("it is a word").to_string();
-        assert!(word.starts_with("exp_bed_t3.0.csv, line 6: `short` for phase_uncertainty_s"), "{word}");
+        assert_eq!(problem, "exp_bed_t3.0.csv, line 3: x_shift_limit_m is -0.005; expected zero or more");
+        let word = read(&FILE.replace("5e-3\n", "short\n")).expect_err("it is a word").to_string();
+        assert!(word.starts_with("exp_bed_t3.0.csv, line 3: `short` for x_shift_limit_m"), "{word}");
     }
 
     #[test]

@@ -2,14 +2,17 @@
 //!
 //! The format is CSV: lines that begin with `#` are comments, which may declare something as `# key: value` or
 //! `# key = value`; then a line with the names of the columns, units in the names (`x_m,z_m`); then a line of numbers
-//! per row. The first column asked for increases strictly from row to row.
+//! per row. Fields may stand in quotes. The first column asked for increases strictly from row to row.
 
 mod error;
 
 pub use error::{ReadingsError, Trouble};
 
+use std::borrow::Cow;
 use std::io;
 use std::path::{Path, PathBuf};
+
+use crate::table::{fields, unquoted};
 
 /// A declared value, with the line it stands in.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,7 +58,7 @@ impl Readings {
     /// As [`Self::read`].
     pub fn parse(path: &Path, bytes: &[u8], names: &[&str], least_rows: usize) -> Result<Self, ReadingsError> {
         let mut declarations = Vec::new();
-        let mut head: Option<(Vec<&str>, Vec<usize>)> = None;
+        let mut head: Option<(Vec<Cow<str>>, Vec<usize>)> = None;
         let mut columns = vec![Vec::new(); names.len()];
         let mut last_line = 0;
         for (number, line) in bytes.split(|&byte| byte == b'\n').enumerate() {
@@ -70,7 +73,7 @@ impl Readings {
                 declarations.extend(declaration(comment, number + 1));
                 continue;
             }
-            let fields: Vec<&str> = text.split(',').map(str::trim).collect();
+            let fields: Vec<Cow<str>> = fields(text).map(|field| unquoted(field.trim())).collect();
             match &head {
                 None => {
                     let places = places(&fields, names).map_err(at)?;
@@ -147,12 +150,12 @@ fn declaration(comment: &str, line: usize) -> Option<Declaration> {
 }
 
 /// Numbers of the columns asked for.
-fn places(fields: &[&str], names: &[&str]) -> Result<Vec<usize>, Trouble> {
-    let all = |name: &str| fields.iter().filter(|field| **field == name).count();
+fn places(fields: &[Cow<str>], names: &[&str]) -> Result<Vec<usize>, Trouble> {
+    let all = |name: &str| fields.iter().filter(|field| *field == name).count();
     if let Some(twice) = fields.iter().find(|name| !name.is_empty() && all(name) > 1) {
-        return Err(Trouble::Twice { column: (*twice).to_owned() });
+        return Err(Trouble::Twice { column: twice.to_string() });
     }
-    let place = |name: &&str| fields.iter().position(|field| field == name);
+    let place = |name: &&str| fields.iter().position(|field| field == *name);
     names.iter().map(place).collect::<Option<Vec<usize>>>().ok_or_else(|| Trouble::MissingColumns {
         missing: names.iter().filter(|name| place(name).is_none()).copied().collect::<Vec<_>>().join(","),
         found: fields.join(","),
@@ -160,19 +163,19 @@ fn places(fields: &[&str], names: &[&str]) -> Result<Vec<usize>, Trouble> {
 }
 
 /// Adds a row to the columns.
-fn row(fields: &[&str], known: &[&str], places: &[usize], columns: &mut [Vec<f64>]) -> Result<(), Trouble> {
+fn row(fields: &[Cow<str>], known: &[Cow<str>], places: &[usize], columns: &mut [Vec<f64>]) -> Result<(), Trouble> {
     if fields.len() != known.len() {
         return Err(Trouble::OtherWidth { found: fields.len(), expected: known.len() });
     }
     for (number, (column, &place)) in columns.iter_mut().zip(places).enumerate() {
         let value = fields[place].parse::<f64>().ok().filter(|value| value.is_finite());
         let value = value
-            .ok_or_else(|| Trouble::NotNumber { column: known[place].to_owned(), found: fields[place].to_owned() })?;
+            .ok_or_else(|| Trouble::NotNumber { column: known[place].to_string(), found: fields[place].to_string() })?;
         if let Some(&before) = column.last()
             && number == 0
             && value <= before
         {
-            return Err(Trouble::Disordered { column: known[place].to_owned(), before, found: value });
+            return Err(Trouble::Disordered { column: known[place].to_string(), before, found: value });
         }
         column.push(value);
     }

@@ -1,5 +1,6 @@
 //! Tables: one CSV row per observation, safe to go on with after a restart, and small JSON files.
 
+use std::borrow::Cow;
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -241,7 +242,7 @@ fn good_part(file: &File, step: u64) -> io::Result<GoodPart> {
         line.clear();
         let read = lines.read_until(b'\n', &mut line)?;
         let row = std::str::from_utf8(&line).ok().and_then(|line| line.strip_suffix('\n'));
-        let row_step = row.and_then(|row| row.split(',').next()?.parse::<u64>().ok());
+        let row_step = row.and_then(|row| unquoted(fields(row).next()?).parse::<u64>().ok());
         if row_step.is_none_or(|row_step| row_step > step) {
             return Ok(GoodPart { header, length, last });
         }
@@ -251,7 +252,7 @@ fn good_part(file: &File, step: u64) -> io::Result<GoodPart> {
 
 /// Number of each column of one header in another; `None` if that lacks a column of the first one.
 fn places(found: &str, expected: &str) -> Option<Vec<usize>> {
-    fields(found).map(|name| fields(expected).position(|other| other == name)).collect()
+    fields(found).map(|name| fields(expected).position(|other| unquoted(other) == unquoted(name))).collect()
 }
 
 /// Replaces the first `length` bytes of a table by the same rows under a wider `header`, all at once.
@@ -276,6 +277,16 @@ pub fn fields(line: &str) -> impl Iterator<Item = &str> {
         is_quoted ^= character == '"';
         character == ',' && !is_quoted
     })
+}
+
+/// What a field says: without the quotes around it, and with one quote for two within them (RFC 4180).
+#[must_use]
+pub fn unquoted(field: &str) -> Cow<'_, str> {
+    match field.trim().strip_prefix('"').and_then(|rest| rest.strip_suffix('"')) {
+        Some(inner) if inner.contains('"') => Cow::Owned(inner.replace("\"\"", "\"")),
+        Some(inner) => Cow::Borrowed(inner),
+        None => Cow::Borrowed(field),
+    }
 }
 
 /// Replaces `path` by rows of fields, the heading first, all at once.
@@ -342,6 +353,30 @@ mod tests {
         }
         series.record(8, &[Value::Missing, Some(3_usize).into(), "a, \"b\"\n".into()]).unwrap();
         assert!(std::fs::read_to_string(&path).unwrap().ends_with("\n8,,3,\"a, \"\"b\"\" \"\n"));
+    }
+
+    #[test]
+    fn quoted_fields_say_what_was_written() {
+        for text in ["plain", "a, b", "\"a\", b", "", "5"] {
+            let line = format!("{},1", quoted(text));
+            assert_eq!(fields(&line).map(unquoted).collect::<Vec<_>>(), [text, "1"]);
+        }
+        assert_eq!(unquoted("\"0.5\""), "0.5");
+        assert_eq!(unquoted("half \"quoted\" only"), "half \"quoted\" only");
+    }
+
+    #[test]
+    fn a_table_that_a_spreadsheet_quoted_goes_on() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("series.csv");
+        let all =
+            "\"step\",\"time [s]\",\"contacts\",\"limit\"\n\"1\",\"1e-5\",\"1\",\"a\"\n\"2\",\"2e-5\",\"2\",\"b\"\n";
+        std::fs::write(&path, all).unwrap();
+        let mut series = SeriesWriter::resume(&path, &columns(), 1).unwrap();
+        assert_eq!(series.last_step(), Some(1));
+        series.record(2, &row(2)).unwrap();
+        let expected = "step,time [s],contacts,limit\n\"1\",\"1e-5\",\"1\",\"a\"\n2,2e-5,2,grain motion\n";
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), expected);
     }
 
     #[test]

@@ -34,6 +34,7 @@ use crate::momentum::Impulses;
 use crate::pass::Pass;
 use crate::pressure::Projection;
 use crate::schemes::{Transposed, ViscosityScheme};
+use crate::surface_tension::SurfaceTension;
 
 /// Longest time of the damping between cells and faces, over `dx^2 / nu`.
 const DAMPING: Real = 0.1;
@@ -88,9 +89,9 @@ impl Acceleration {
         this
     }
 
-    /// Keeps the acceleration that `pressure` and `gravity` gave a fluid of this `density`, ghosts filled.
-    pub fn keep(&mut self, domain: &Domain, pressure: &Field<Real>, density: &Field<Real>, gravity: Vector) {
-        let (p, rho) = (pressure.data(), density.data());
+    /// Keeps the acceleration that the last projection and `gravity` gave a fluid of this `density`, ghosts filled.
+    pub fn keep(&mut self, domain: &Domain, projection: &Projection, density: &Field<Real>, gravity: Vector) {
+        let (p, rho) = (projection.pressure().data(), density.data());
         let faces = self.faces.get_or_insert_with(|| std::array::from_fn(|_| domain.field(0.0)));
         for (d, faces) in faces.iter_mut().enumerate() {
             let (behind, per_width) = (domain.strides()[d] as usize, 2.0 / self.spacing[d]);
@@ -101,21 +102,27 @@ impl Acceleration {
                 }
             });
         }
+        if let Some(tension) = &projection.tension {
+            tension.add_acceleration(domain, density, faces);
+        }
     }
 
-    /// Beside surfaces of grains, where the transport has changed the `density`, keeps the smaller of the two accelerations that `pressure`
-    /// gives a fluid of this density and of that before: what has come to a face does not leap away with what was light there.
-    pub fn carry(&mut self, domain: &Domain, pressure: &Field<Real>, density: &Field<Real>, gravity: Vector) {
+    /// Beside surfaces of grains, where the transport has changed the `density`, keeps the smaller of the two accelerations that the last
+    /// projection gives a fluid of this density and of that before: what has come to a face does not leap away with what was light there.
+    pub fn carry(&mut self, domain: &Domain, projection: &Projection, density: &Field<Real>, gravity: Vector) {
         if self.beside.is_none() {
             return;
         }
-        let (p, rho) = (pressure.data(), density.data());
+        let (p, rho) = (projection.pressure().data(), density.data());
+        let jump = projection.tension.as_ref().map(SurfaceTension::jump);
         for (d, faces) in self.faces.iter_mut().flatten().enumerate() {
             let (behind, per_width) = (domain.strides()[d] as usize, 2.0 / self.spacing[d]);
+            let jump = jump.map(|jump| jump[d].data());
             domain.for_each_row(&domain.faces(d), faces.data_mut(), |row, faces| {
                 for (face, at) in faces.iter_mut().zip(row.shifted(0)) {
                     let below = at - behind;
-                    let by_pressure = per_width * (p[at] - p[below]) / (rho[at] + rho[below]);
+                    let rise = p[at] - p[below] - jump.map_or(0.0, |jump| jump[at]);
+                    let by_pressure = per_width * rise / (rho[at] + rho[below]);
                     if by_pressure.abs() < (gravity[d] - *face).abs() {
                         *face = gravity[d] - by_pressure;
                     }

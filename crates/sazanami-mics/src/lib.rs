@@ -40,5 +40,6 @@ mod schemes;
 pub mod snapshot;
 pub mod solver;
 pub mod stability;
+pub mod surface_tension;
 pub mod transport;
 pub mod viscosity;

@@ -8,7 +8,7 @@
 //!     + chi (u_s + dt a + dt (grad p_old - grad p) / rho_s)
 //! ```
 //!
-//! (where an acceleration has been carried through the viscous step ([`crate::acceleration`]), `grad p_old` is the gradient that gives it to
+//! (where an acceleration has been carried through the viscous step (`acceleration.rs`), `grad p_old` is the gradient that gives it to
 //! the fluid that is there now). `u_s + dt a` is the velocity that the grain has at the end of the step if its acceleration stays what it was, and
 //! the last term the change of that acceleration by the change of the pressure: the projection moves the closed part
 //! as a grain of density `rho_s` moves, in the same step. Fluid and grain are thus coupled implicitly (no lower limit
@@ -136,13 +136,13 @@ impl Mobility {
     }
 
     /// Closes the faces beside the grains: changes the predicted face velocities, and the mobility for a projection over
-    /// `dt` \[s] after the one that gave `pressure`.
+    /// `dt` \[s] after the one that gave `pressure`, with its jumps by surface tension.
     pub(crate) fn close(
         &mut self,
         domain: &Domain,
         boundary: &Boundary,
         closing: Closing<'_>,
-        pressure: &Field<Real>,
+        (pressure, jump): (&Field<Real>, Option<&[Field<Real>; 3]>),
         flow: &mut Flow,
         dt: Real,
     ) {
@@ -177,6 +177,7 @@ impl Mobility {
             });
             let behind = domain.strides()[d] as usize;
             let (rows, velocity) = (&self.rows[d], velocity[d]);
+            let jump = jump.map(|jump| jump[d].data());
             let scale = dt / domain.grid().spacing[d];
             let ends = [0, 1].map(|side| domain.at_box_end(d, side) && !domain.periodic()[d]);
             let last = domain.cells()[d] as isize;
@@ -208,7 +209,7 @@ impl Mobility {
                     let bound = if binding { closed + (1.0 - closed) * (1.0 - response) } else { closed };
                     let felt = match before {
                         Some((faces, gravity)) => 0.5 * mass * dt * (gravity[d] - faces[d].data()[at]),
-                        None => scale * (p[at] - p[at - behind]),
+                        None => scale * (p[at] - p[at - behind] - jump.map_or(0.0, |jump| jump[at])),
                     };
                     uf[i] += held + bound * lightness * felt;
                     mobility[i] = (1.0 - closed) * response + bound * lightness * 0.5 * mass;

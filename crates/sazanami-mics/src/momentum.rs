@@ -32,6 +32,8 @@ named_vectors! {
         walls_on_grains,
         /// Weight of the fluid.
         gravity_on_fluid,
+        /// Surface tension: the error of its curvature, and what walls hold of the interface that ends at them.
+        surface_tension,
         /// Weight of the free grains less that of the fluid they displace.
         gravity_on_grains,
         /// Displaced-mass flux `-sum_k v_k dm_f,k` of the free grains.

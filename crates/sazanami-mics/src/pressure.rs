@@ -7,7 +7,7 @@
 //! of a face: momentum changes by the pressure on the sides of the box alone, and a fluid of any
 //! layers at rest stays at rest. On a wall, whose face does not move, the face pressure is that of a
 //! fluid at rest: `p_c + rho_c (dx/2) g . n`. The pressure is solved for in full at every step, with
-//! the last one as the first guess. Where grains close faces, the coefficient is that times their [`Mobility`].
+//! the last one as the first guess. Surface tension takes its jump from every difference of pressures ([`crate::surface_tension`]). Where grains close faces, the coefficient is that times their [`Mobility`].
 //!
 //! Density and pressure on collocated grids: Ushijima and Nezu's C-ISMAC family; consistent face
 //! accelerations: Popinet, J. Comput. Phys. 228 (2009) 5838.
@@ -25,6 +25,7 @@ use crate::mobility::{Closing, Mobility};
 use crate::outside::Outside;
 pub use crate::outside::PressureSide;
 use crate::pressure_sides::BoxSides;
+use crate::surface_tension::{SurfaceTension, SurfaceTensionReport};
 
 /// Convergence criterion of the projection.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,6 +53,8 @@ pub struct PressureReport {
     pub residual: Real,
     /// Impulse of the pressure on all sides of the box on the fluid [N s].
     pub wall_impulse: Vector,
+    /// What surface tension did.
+    pub surface_tension: SurfaceTensionReport,
 }
 
 impl std::ops::AddAssign for PressureReport {
@@ -61,6 +64,7 @@ impl std::ops::AddAssign for PressureReport {
         self.divergence = self.divergence.max(other.divergence);
         self.residual = self.residual.max(other.residual);
         self.wall_impulse += other.wall_impulse;
+        self.surface_tension += other.surface_tension;
     }
 }
 
@@ -122,6 +126,8 @@ pub struct Projection {
     outside: Outside,
     /// The mean gradient along periodic directions.
     pub(crate) mean: MeanGradient,
+    /// Surface tension, if there is any.
+    pub(crate) tension: Option<SurfaceTension>,
 }
 
 impl Projection {
@@ -136,6 +142,7 @@ impl Projection {
             mobility: Mobility::new(domain),
             outside: Outside::default(),
             mean: MeanGradient::default(),
+            tension: None,
         }
     }
 
@@ -177,6 +184,14 @@ impl Projection {
         &self.sides
     }
 
+    /// Finds the jumps of the pressure by surface tension for the next projection, if there is any; all ghosts of the liquid fraction must
+    /// be filled; `solid` is the solid fraction, one ghost layer filled, if there are grains. Collective.
+    pub fn find_jumps(&mut self, domain: &Domain, flow: &Flow, solid: Option<&[Real]>) {
+        if let Some(tension) = &mut self.tension {
+            tension.find(domain, flow, solid);
+        }
+    }
+
     /// Makes `face_velocity` divergence-free and corrects `velocity` with the same pressure.
     ///
     /// `face_velocity` holds the predicted velocity, gravity included, on all faces of the cells of
@@ -198,7 +213,10 @@ impl Projection {
     ) -> Result<PressureReport, PressureError> {
         let Tolerance { divergence: asked, max_iterations } = *tolerance;
         self.outside.update(domain, &self.sides, density);
-        let Self { sides, pressure, solver, spacing, mobility, outside, mean } = self;
+        let Self { sides, pressure, solver, spacing, mobility, outside, mean, tension } = self;
+        if let Some(tension) = &*tension {
+            tension.push_faces(domain, density, mobility, face_velocity, dt);
+        }
         let of = |gradient: Vector| BoxSides::new(domain, sides, outside, gradient);
         let stop = Stop::Largest(asked / (dt * dt));
         let mut solve = |sides: &BoxSides<'_>, velocity: Option<&[Field<Real>; 3]>, p: &mut Field<Real>, stop: Stop| {
@@ -232,8 +250,12 @@ impl Projection {
         let (mobility, spacing) = (&*mobility, *spacing);
         let force = box_sides.fill_behind_walls(domain, pressure, density, gravity);
         Self::correct(domain, &box_sides, (pressure, mobility, spacing), density, velocity, face_velocity, dt);
+        let surface_tension = tension.as_ref().map_or_else(SurfaceTensionReport::default, |tension| {
+            tension.report(tension.push_cells(domain, density, velocity, dt))
+        });
         let [x, y, z] = domain.sum(force.to_array());
         Ok(PressureReport {
+            surface_tension,
             iterations: solution.iterations,
             divergence: solution.largest * dt * dt,
             residual: solution.relative,
@@ -251,7 +273,8 @@ impl Projection {
         flow: &mut Flow,
         dt: Real,
     ) {
-        self.mobility.close(domain, boundary, closing, &self.pressure, flow, dt);
+        let jump = self.tension.as_ref().map(SurfaceTension::jump);
+        self.mobility.close(domain, boundary, closing, (&self.pressure, jump), flow, dt);
     }
 
     /// The gradient that the last projection gave the cells; `density` must still be the same.
@@ -262,6 +285,7 @@ impl Projection {
             density: density.data(),
             strides: self.pressure.strides(),
             spacing: self.spacing,
+            jump: self.tension.as_ref().map(|tension| tension.jump().each_ref().map(Field::data)),
         }
     }
 
@@ -347,18 +371,21 @@ pub struct PressureGradient<'a> {
     density: &'a [Real],
     strides: [usize; 3],
     spacing: Vector,
+    /// Jumps by surface tension across the lower faces.
+    jump: Option<[&'a [Real]; 3]>,
 }
 
 impl PressureGradient<'_> {
-    /// Gradient [Pa/m] in the interior cell with this place in memory ([`Field::at`]).
+    /// Gradient, less what surface tension balances of it [Pa/m], in the interior cell with this place in memory ([`Field::at`]).
     #[inline]
     #[must_use]
     pub fn at(&self, at: usize) -> Vector {
         let (p, rho) = (self.pressure, self.density);
         let component = |d: usize| {
             let (below, above) = (at - self.strides[d], at + self.strides[d]);
-            let lower = (p[at] - p[below]) / (rho[at] + rho[below]);
-            let upper = (p[above] - p[at]) / (rho[at] + rho[above]);
+            let [jump, next] = self.jump.map_or([0.0; 2], |jump| [jump[d][at], jump[d][above]]);
+            let lower = (p[at] - p[below] - jump) / (rho[at] + rho[below]);
+            let upper = (p[above] - p[at] - next) / (rho[at] + rho[above]);
             rho[at] * (lower + upper) / self.spacing[d]
         };
         Vector::new(component(0), component(1), component(2))

@@ -17,6 +17,7 @@ use crate::flow::Flow;
 use crate::grains::{Coupling, GrainPhase};
 use crate::pressure::Projection;
 use crate::solver::{Settings, Solver};
+use crate::surface_tension::SurfaceTension;
 
 const VOLUME_FRACTION: &str = "fluid/volume_fraction";
 const OPEN_PART: &str = "fluid/open_part";
@@ -34,6 +35,9 @@ const PREVIOUS_STEP: &str = "fluid/previous_step";
 const GRAVITY: &str = "fluid/gravity";
 const MEAN_GRADIENT: &str = "fluid/mean_gradient";
 const RESPONSE: [&str; 3] = ["fluid/response_1", "fluid/response_2", "fluid/response_3"];
+const JUMP: [&str; 3] = ["fluid/surface_tension_1", "fluid/surface_tension_2", "fluid/surface_tension_3"];
+const LAST_JUMP: [&str; 3] =
+    ["fluid/last_surface_tension_1", "fluid/last_surface_tension_2", "fluid/last_surface_tension_3"];
 /// Prefix of what the engine of the grains writes.
 pub const GRAINS: &str = "grains/";
 
@@ -62,6 +66,12 @@ impl Solver {
                 snapshot.put_reals(EARLIER_LAST_FACES[d], last_faces(domain, &faces[d], d));
             }
             snapshot.put_reals(EARLIER_STEP, vec![*dt]);
+        }
+        if let Some(tension) = &self.projection.tension {
+            for (d, jump) in tension.jump().iter().enumerate() {
+                snapshot.put_reals(JUMP[d], domain.gather(jump));
+                snapshot.put_reals(LAST_JUMP[d], last_faces(domain, jump, d));
+            }
         }
         snapshot.put_u64(COUNTERS, vec![self.flow.transports]);
         snapshot.put_reals(GRAVITY, self.settings.gravity.to_array().to_vec());
@@ -135,10 +145,26 @@ impl Solver {
     }
 }
 
+impl SurfaceTension {
+    /// Continues with the jumps of a snapshot, which is read on rank 0; one of a run without surface tension has none. Collective.
+    ///
+    /// # Errors
+    /// [`SnapshotError`] if the snapshot does not fit this grid.
+    pub fn restore(mut self, domain: &Domain, snapshot: &Snapshot) -> Result<Self, SnapshotError> {
+        if domain.max(Real::from(u8::from(snapshot.reals(JUMP[0]).is_ok()))) > 0.0 {
+            for (d, jump) in self.jump_mut().iter_mut().enumerate() {
+                *jump = faces(domain, snapshot, JUMP[d], LAST_JUMP[d], d)?;
+            }
+            self.jump_is_set(domain);
+        }
+        Ok(self)
+    }
+}
+
 /// Whether section `name` is a field of the cells: complete, and needed, on rank 0 only.
 #[must_use]
 pub fn is_of_cells(name: &str) -> bool {
-    let fields = [VELOCITY, FACE_VELOCITY, LAST_FACES, EARLIER_FACES, EARLIER_LAST_FACES, RESPONSE];
+    let fields = [VELOCITY, FACE_VELOCITY, LAST_FACES, EARLIER_FACES, EARLIER_LAST_FACES, RESPONSE, JUMP, LAST_JUMP];
     [VOLUME_FRACTION, OPEN_PART, WAITING, PRESSURE].contains(&name)
         || fields.iter().flatten().any(|&field| field == name)
 }

@@ -21,6 +21,7 @@ use crate::momentum::{Impulses, StoredMomentum};
 use crate::outside::place_on_side;
 use crate::pressure::{PressureError, PressureReport, Projection, Tolerance};
 use crate::stability::{Rates, Step, StepLimits};
+use crate::surface_tension::SurfaceTension;
 use crate::transport::TransportReport;
 use crate::viscosity::{DiffusionReport, ViscosityError};
 
@@ -187,6 +188,25 @@ impl Solver {
         }
     }
 
+    /// Gives the interface surface tension from the next step on.
+    #[must_use]
+    pub fn with_surface_tension(mut self, tension: Option<SurfaceTension>) -> Self {
+        self.projection.tension = tension;
+        self
+    }
+
+    /// Surface tension, if there is any.
+    #[must_use]
+    pub fn surface_tension(&self) -> Option<&SurfaceTension> {
+        self.projection.tension.as_ref()
+    }
+
+    /// Energy of the interface over all ranks \[J]: the surface tension times its area.
+    #[must_use]
+    pub fn surface_energy(&self) -> Real {
+        self.surface_tension().map_or(0.0, |tension| tension.energy(&self.domain, &self.flow))
+    }
+
     /// Limits the length of the first step to `first` \[s], if given.
     pub fn limit_first_step(&mut self, first: Option<Real>) {
         self.previous_step = first.map(|first| first / self.settings.limits.growth);
@@ -199,6 +219,7 @@ impl Solver {
         let rates = Rates {
             advective: self.flow.advective_rate(&self.domain),
             viscous: self.flow.viscous_rate(&self.domain),
+            capillary: self.surface_tension().map_or(0.0, |tension| tension.rate(&self.domain, &self.flow.fluids)),
             grain_motion,
             grain_turn,
             contact: self.grains.contact_rate(&self.domain),

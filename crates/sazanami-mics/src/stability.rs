@@ -9,6 +9,8 @@ pub enum Limit {
     Advective,
     /// Stability of explicit viscosity.
     Viscous,
+    /// Shortest capillary wave on the grid.
+    Capillary,
     /// Displacement of a grain and of its surface as it turns, in cell widths.
     GrainMotion,
     /// Angle by which a grain turns.
@@ -30,6 +32,7 @@ impl Limit {
         match self {
             Self::Advective => "advective",
             Self::Viscous => "viscous",
+            Self::Capillary => "capillary",
             Self::GrainMotion => "grain_motion",
             Self::GrainTurn => "grain_turn",
             Self::Contact => "contact",
@@ -47,6 +50,8 @@ pub struct Rates {
     pub advective: Real,
     /// Reciprocal of the longest stable step of explicit viscosity.
     pub viscous: Real,
+    /// Reciprocal of the longest step that follows the shortest capillary wave.
+    pub capillary: Real,
     /// Largest speed of a grain over the smallest cell width, that by which its turn moves the surface added.
     pub grain_motion: Real,
     /// Largest angular velocity of a grain.
@@ -88,11 +93,12 @@ impl StepLimits {
     /// The longest step that each rate allows \[s]; infinite where it sets no limit. A forecast asks with the rates
     /// that it expects.
     #[must_use]
-    pub fn bounds(&self, rates: &Rates) -> [(Real, Limit); 5] {
+    pub fn bounds(&self, rates: &Rates) -> [(Real, Limit); 6] {
         let after = |part: Real, rate: Real| if rate > 0.0 { part / rate } else { Real::INFINITY };
         [
             (after(self.courant, rates.advective), Limit::Advective),
             (after(1.0, rates.viscous), Limit::Viscous),
+            (after(1.0, rates.capillary), Limit::Capillary),
             (after(self.grain_travel, rates.grain_motion), Limit::GrainMotion),
             (after(self.grain_turn, rates.grain_turn), Limit::GrainTurn),
             (after(1.0, rates.contact), Limit::Contact),
@@ -114,7 +120,7 @@ impl StepLimits {
     /// Passes of the fluid phase in a step of `dt` \[s] so that each keeps to the Courant limit.
     #[must_use]
     pub fn passes(&self, rates: &Rates, dt: Real) -> usize {
-        let needed = (rates.advective * dt / self.courant).max(rates.viscous * dt);
+        let needed = (rates.advective * dt / self.courant).max(rates.viscous.max(rates.capillary) * dt);
         // Round-off must not cause a second pass.
         (needed * (1.0 - 1e-12)).ceil().max(1.0) as usize
     }
@@ -146,6 +152,9 @@ mod tests {
         assert_eq!(limits.choose(&Rates::default(), None).limit, Limit::Maximum);
         let grains = Rates { grain_motion: 1e6, ..rates };
         assert_eq!(limits.choose(&grains, None).limit, Limit::GrainMotion);
+        let wavy = Rates { capillary: 1e7, ..rates };
+        assert_eq!(limits.choose(&wavy, None), Step { dt: 1e-7, limit: Limit::Capillary, fluid_passes: 1 });
+        assert_eq!(StepLimits::always(1e-5).choose(&wavy, None).fluid_passes, 100);
         let turning = Rates { grain_turn: 1e6, ..rates };
         assert_eq!(limits.choose(&turning, None).limit, Limit::GrainTurn);
     }

@@ -1,6 +1,6 @@
 //! Moving-particle fluid coupled to spherical grains by overlap (DEM-MPS, after Tazaki, Harada, Ikari and Gotoh).
 //!
-//! The pressure force is the negative transpose of the divergence ([`scheme::Projection::Conjugate`]); beside it stands the
+//! The pressure force is the negative transpose of the divergence ([`scheme::ParticleProjection::Conjugate`]); beside it stands the
 //! published method, enhanced MPS: higher-order source of the pressure equation (HS), higher-order Laplacian (HL),
 //! error-compensating source (ECS), corrected gradient (GC) and dynamic stabilisation (DS). Both have a Wendland C2 weight
 //! function. The step is in [`solver`]; equations and their sources are in `docs/theory/mps.md`.

@@ -8,7 +8,7 @@ use crate::weight::{Calibration, Weight};
 choices! {
     /// Projection of the velocities to zero divergence.
     #[derive(Default)]
-    pub enum Projection {
+    pub enum ParticleProjection {
         /// The pressure force is the negative transpose of the divergence: it keeps momentum and never adds kinetic energy;
         /// pressure zero lies beyond the outermost particles by itself (`docs/decisions/0018-scheme-of-moving-particles.md`).
         #[default]
@@ -19,7 +19,7 @@ choices! {
     }
 }
 
-/// Gradient of the pressure of [`Projection::Enhanced`].
+/// Gradient of the pressure of [`ParticleProjection::Enhanced`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GradientForm {
     /// With the inverse moment matrix: exact for linear fields on any arrangement (GC, Khayyer & Gotoh 2011).
@@ -33,18 +33,18 @@ pub enum GradientForm {
 /// (`docs/decisions/0006-moving-particles.md`).
 pub(crate) const STABILISATION_DISTANCE: Real = 0.95;
 
-/// Least radius of influence of [`Projection::Conjugate`] over the particle spacing: with less still water of a lattice
+/// Least radius of influence of [`ParticleProjection::Conjugate`] over the particle spacing: with less still water of a lattice
 /// does not stay at rest.
 pub const CONJUGATE_RADIUS: Real = 2.6;
 
-/// Radius of influence of [`Projection::Enhanced`] over the particle spacing that its constants were found with.
+/// Radius of influence of [`ParticleProjection::Enhanced`] over the particle spacing that its constants were found with.
 pub const ENHANCED_RADIUS: Real = 3.1;
 
 /// The scheme in use and its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scheme {
     /// Projection of the velocities to zero divergence.
-    pub projection: Projection,
+    pub projection: ParticleProjection,
     /// Radius of influence r_e over the particle spacing, 2.1 to 3.6.
     pub radius: Real,
     /// Time over which an error of the number density relaxes, in flow time scales (half a millisecond for slowly
@@ -62,13 +62,13 @@ impl Scheme {
     /// The conjugate projection with a radius of influence, over the particle spacing.
     #[must_use]
     pub const fn conjugate(radius: Real) -> Self {
-        Self { projection: Projection::Conjugate, radius, relaxation: 100.0 }
+        Self { projection: ParticleProjection::Conjugate, radius, relaxation: 100.0 }
     }
 
     /// The published MPS-HS-HL-ECS-GC-DS.
     #[must_use]
     pub const fn published() -> Self {
-        Self { projection: Projection::Enhanced, radius: ENHANCED_RADIUS, relaxation: 100.0 }
+        Self { projection: ParticleProjection::Enhanced, radius: ENHANCED_RADIUS, relaxation: 100.0 }
     }
 
     /// Source of the pressure equation [1/s]: the `predicted` rate of compression plus the error-compensating terms

@@ -20,17 +20,17 @@ use crate::number_density::{NumberDensity, Prediction, Sample};
 use crate::particles::{Kind, Particles, Role};
 use crate::pressure::PressureEquation;
 pub use crate::report::{EnergyChanges, Phase, StepReport};
-use crate::scheme::{Fluid, Kernel, Projection};
+use crate::scheme::{Fluid, Kernel, ParticleProjection};
 pub use crate::settings::{Forcing, Settings};
 use crate::stabilisation::Stabiliser;
-use crate::stability::{Rates, Step};
+use crate::stability::{Rates, StableStep};
 use crate::surface_test::SurfaceTest;
 use crate::walls::Walls;
 use phases::Phases;
 
-/// Columns over particles that the phases of a step hand to each other, kept for their memory.
+/// Columns over particles that the phases of the published scheme hand to each other, kept for their memory.
 #[derive(Debug, Default)]
-struct Columns {
+struct PublishedColumns {
     /// Void fraction, at the present or the predicted positions.
     voids: Voids,
     /// Velocities of the viscous term, mirrored at walls [m/s].
@@ -69,8 +69,8 @@ pub struct Solver {
     near: Arrangement,
     equation: PressureEquation,
     pub(crate) grains: GrainPhase,
-    columns: Columns,
-    conjugate: crate::conjugate::Columns,
+    columns: PublishedColumns,
+    conjugate: crate::conjugate::ConjugateColumns,
     pub(crate) mean_flow: Option<MeanFlow>,
 }
 
@@ -88,7 +88,7 @@ impl Solver {
     /// not periodic.
     #[must_use]
     pub fn reduced_force(&self, body_force: Vector) -> Vector {
-        if self.settings.scheme.projection == Projection::Conjugate {
+        if self.settings.scheme.projection == ParticleProjection::Conjugate {
             return Vector::ZERO;
         }
         Vector::select(self.periods.length.cmpgt(Vector::ZERO), Vector::ZERO, body_force)
@@ -116,7 +116,7 @@ impl Solver {
 
     /// The longest stable next step under a body force [m/s^2], beside that which holds a mean velocity.
     #[must_use]
-    pub fn stable_step(&self, body_force: Vector) -> Step {
+    pub fn stable_step(&self, body_force: Vector) -> StableStep {
         let body_force = body_force + self.driving()[0];
         let Fluid { spacing, viscosity, .. } = self.settings.fluid;
         let rates = Rates {
@@ -137,9 +137,11 @@ impl Solver {
         let [all, by_volume] = self.driving();
         let (body_force, by_volume) = (forcing.body_force + all, forcing.by_volume + by_volume);
         let forcing = &Forcing { body_force, by_volume, ..*forcing };
+        let [water] = self.sum_over_fluid(|_, _| [1.0]);
         let mut report = match self.settings.scheme.projection {
-            Projection::Conjugate => self.step_conjugate(dt, forcing, watch),
-            Projection::Enhanced => self.step_enhanced(dt, forcing, watch),
+            _ if water == 0.0 => self.step_dry(dt, forcing, watch),
+            ParticleProjection::Conjugate => self.step_conjugate(dt, forcing, watch),
+            ParticleProjection::Enhanced => self.step_enhanced(dt, forcing, watch),
         }?;
         if let Some(mut flow) = self.mean_flow {
             let level = flow.above();
@@ -160,7 +162,21 @@ impl Solver {
         Ok(report)
     }
 
-    /// The step of [`Projection::Enhanced`].
+    /// The step of grains in a tank without water.
+    fn step_dry(&mut self, dt: Real, forcing: &Forcing, mut watch: impl FnMut(Phase)) -> Result<StepReport, StepError> {
+        let Self { domain, periods, settings, kernel, tank, grains, .. } = self;
+        let (surface, reduced_force) = (self.surface, Vector::ZERO);
+        let step = Context { domain, periods, settings, kernel, surface, forcing, reduced_force, dt, flow_time: dt };
+        let mut report = StepReport::default();
+        watch(Phase::Grains);
+        grains.begin_step(&step, &tank.gates)?;
+        grains.leave_dry();
+        report.contacts = grains.advance(&step, &mut report.coupling)?;
+        tank.displacement = forcing.wall_displacement;
+        Ok(report)
+    }
+
+    /// The step of [`ParticleProjection::Enhanced`].
     fn step_enhanced(
         &mut self,
         dt: Real,

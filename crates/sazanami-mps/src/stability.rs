@@ -84,7 +84,7 @@ pub struct Rates {
 
 /// A step length and the limit that set it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Step {
+pub struct StableStep {
     /// Length \[s].
     pub dt: Real,
     /// Limit that set it.
@@ -116,7 +116,7 @@ impl StepLimits {
     /// spacing \[m] and a viscosity [m^2/s]; infinite where a limit does not apply. The solver steps by the shortest;
     /// a forecast asks with the rates that it expects.
     #[must_use]
-    pub fn bounds(&self, rates: &Rates, body_force: Vector, spacing: Real, viscosity: Real) -> [Step; 5] {
+    pub fn bounds(&self, rates: &Rates, body_force: Vector, spacing: Real, viscosity: Real) -> [StableStep; 5] {
         let within = |part: Real, rate: Real| if rate > 0.0 { part / rate } else { Real::INFINITY };
         [
             (within(self.courant, rates.advective), Limit::Advective),
@@ -125,18 +125,18 @@ impl StepLimits {
             (within(VISCOUS, viscosity / (spacing * spacing)), Limit::Viscous),
             (within(DRAG, rates.drag), Limit::Drag),
         ]
-        .map(|(dt, limit)| Step { dt, limit })
+        .map(|(dt, limit)| StableStep { dt, limit })
     }
 
     /// The longest step within all [`Self::bounds`], or the prescribed one.
     #[must_use]
-    pub fn choose(&self, rates: &Rates, body_force: Vector, spacing: Real, viscosity: Real) -> Step {
+    pub fn choose(&self, rates: &Rates, body_force: Vector, spacing: Real, viscosity: Real) -> StableStep {
         let bounds = self.bounds(rates, body_force, spacing, viscosity);
         if let Some(dt) = self.fixed {
             let beyond = bounds.iter().any(|bound| dt > bound.dt);
-            return Step { dt, limit: if beyond { Limit::FixedBeyondLimits } else { Limit::Fixed } };
+            return StableStep { dt, limit: if beyond { Limit::FixedBeyondLimits } else { Limit::Fixed } };
         }
-        let longest = Step { dt: self.longest, limit: Limit::Longest };
+        let longest = StableStep { dt: self.longest, limit: Limit::Longest };
         bounds.into_iter().chain([longest]).reduce(|a, b| if b.dt < a.dt { b } else { a }).unwrap_or(longest)
     }
 }
@@ -154,11 +154,11 @@ mod tests {
         let slow = Rates { advective: 1.0, ..Rates::default() };
         assert_eq!(limits.choose(&slow, Vector::new(0.0, 0.0, -9.81), 1e-3, 1e-6).limit, Limit::BodyForce);
         let fixed = StepLimits { fixed: Some(2e-4), ..limits };
-        assert_eq!(fixed.choose(&rates, Vector::ZERO, 1e-3, 1e-6), Step { dt: 2e-4, limit: Limit::Fixed });
+        assert_eq!(fixed.choose(&rates, Vector::ZERO, 1e-3, 1e-6), StableStep { dt: 2e-4, limit: Limit::Fixed });
         let dragged = Rates { drag: 1e4, ..rates };
         let bounds = limits.bounds(&rates, Vector::ZERO, 1e-3, 1e-6);
         assert_eq!(bounds.map(|bound| bound.dt), [5e-4, Real::INFINITY, Real::INFINITY, 0.2, Real::INFINITY]);
-        let beyond = Step { dt: 2e-4, limit: Limit::FixedBeyondLimits };
+        let beyond = StableStep { dt: 2e-4, limit: Limit::FixedBeyondLimits };
         assert_eq!(fixed.choose(&dragged, Vector::ZERO, 1e-3, 1e-6), beyond);
     }
 

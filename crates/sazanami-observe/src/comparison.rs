@@ -19,8 +19,10 @@ pub struct RunResult {
     pub uncertainty: Real,
     /// Volume found before the impact [m^3].
     pub noise: Real,
-    /// Volume between profile and rim plane [m^3].
-    pub volume_direct: Real,
+    /// Volume below the plane of the rim [m^3].
+    pub below_rim: Real,
+    /// Its uncertainty [m^3].
+    pub below_rim_uncertainty: Real,
     /// Depth of the crater below its rim \[m].
     pub depth: Real,
     /// Radius of the rim \[m].
@@ -149,6 +151,8 @@ pub struct Scatter {
     pub mean: Real,
     /// Standard deviation of a single run [m^3].
     pub deviation: Real,
+    /// Both of the volume below the plane of the rim [m^3].
+    pub below_rim: [Real; 2],
     /// Number of runs.
     pub runs: usize,
 }
@@ -174,14 +178,15 @@ impl Comparison {
     }
 
     /// Columns of the comparison: name with unit, and the text of a run in it.
-    pub const COLUMNS: [(&'static str, RunText); 11] = [
+    pub const COLUMNS: [(&'static str, RunText); 12] = [
         ("run", |run| run.name.clone()),
         ("axis_ratio", |run| format!("{:.3}", run.axis_ratio)),
         ("momentum_g_cm_s", |run| format!("{:.3}", run.momentum * 1e5)),
+        ("volume_below_rim_mm3", |run| format!("{:.3}", run.below_rim * 1e9)),
+        ("below_rim_uncertainty_mm3", |run| format!("{:.3}", run.below_rim_uncertainty * 1e9)),
         ("volume_mm3", |run| format!("{:.3}", run.volume * 1e9)),
         ("uncertainty_mm3", |run| format!("{:.3}", run.uncertainty * 1e9)),
         ("noise_mm3", |run| format!("{:.3}", run.noise * 1e9)),
-        ("volume_direct_mm3", |run| format!("{:.3}", run.volume_direct * 1e9)),
         ("depth_mm", |run| format!("{:.4}", run.depth * 1e3)),
         ("rim_radius_mm", |run| format!("{:.4}", run.rim_radius * 1e3)),
         ("splashed_grains", |run| run.splashed.to_string()),
@@ -190,7 +195,7 @@ impl Comparison {
 
     /// One row of text per run, in the columns of [`Self::COLUMNS`].
     #[must_use]
-    pub fn rows(&self) -> Vec<[String; 11]> {
+    pub fn rows(&self) -> Vec<[String; 12]> {
         let runs = self.series.iter().flat_map(|series| &series.runs);
         runs.map(|run| Self::COLUMNS.map(|(_, text)| text(run))).collect()
     }
@@ -208,10 +213,15 @@ impl Series {
         groups
             .map(|group| {
                 let count = group.len() as Real;
-                let mean = group.iter().map(|run| run.volume).sum::<Real>() / count;
-                let squares: Real = group.iter().map(|run| (run.volume - mean).powi(2)).sum();
+                let mean_and_deviation = |of: fn(&RunResult) -> Real| {
+                    let mean = group.iter().map(of).sum::<Real>() / count;
+                    let squares: Real = group.iter().map(|run| (of(run) - mean).powi(2)).sum();
+                    [mean, (squares / (count - 1.0)).sqrt()]
+                };
+                let [mean, deviation] = mean_and_deviation(|run| run.volume);
+                let below_rim = mean_and_deviation(|run| run.below_rim);
                 let momentum = group.iter().map(|run| run.momentum).sum::<Real>() / count;
-                Scatter { momentum, mean, deviation: (squares / (count - 1.0)).sqrt(), runs: group.len() }
+                Scatter { momentum, mean, deviation, below_rim, runs: group.len() }
             })
             .collect()
     }
@@ -229,7 +239,8 @@ mod tests {
             volume,
             uncertainty: 0.1 * volume,
             noise: 1e-9,
-            volume_direct: 0.6 * volume,
+            below_rim: 0.6 * volume,
+            below_rim_uncertainty: 0.05 * volume,
             depth: 2e-3,
             rim_radius: 5e-3,
             splashed: 7,
@@ -271,8 +282,8 @@ mod tests {
         assert_eq!(law.points, 2, "the run below its noise does not count");
         assert!((law.exponent - 1.0).abs() < 1e-12);
         assert_eq!(comparison.series[1].law, None);
-        assert_eq!(comparison.rows()[1][2..5], ["20.000", "25.000", "2.500"]);
-        assert_eq!(comparison.rows()[0][10], "no: V below its noise");
+        assert_eq!(comparison.rows()[1][2..7], ["20.000", "15.000", "1.250", "25.000", "2.500"]);
+        assert_eq!(comparison.rows()[0][11], "no: V below its noise");
     }
 
     #[test]

@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::ripples::{
-    BedSurfaceSettings, BedSurfaces, GrainView, RippleSettings, Ripples, ShiftLimits, Sides, SurfaceProfile, Tank,
-    Unmeasured, match_bed,
+    BedFormSettings, BedForms, GrainView, ShiftLimits, Sides, SurfaceProfile, Tank, Unmeasured, bed_surface, match_bed,
+    relief,
 };
 
 const D: Real = 1e-3;
@@ -48,32 +48,23 @@ fn grains(tank: &Tank, seed: u64, surface: impl Fn(Real) -> Real) -> Vec<Vector>
     places
 }
 
-fn surfaces(tank: &Tank, position: &[Vector]) -> BedSurfaces {
+fn surface(tank: &Tank, position: &[Vector]) -> SurfaceProfile {
     let view = GrainView { position, diameter: &vec![D; position.len()], contacts: &vec![4; position.len()] };
-    BedSurfaces::of(tank, &view, &BedSurfaceSettings::of_grains(D))
-}
-
-/// The profiles of all definitions, each with the width it is an average over.
-fn definitions<'a>(tank: &Tank, found: &'a BedSurfaces) -> [(&'a SurfaceProfile, Real); 3] {
-    [(&found.concentration, tank.width()), (&found.image, 2.0 * D), (&found.top_layer, tank.width())]
+    bed_surface(tank, &view, D).0
 }
 
 #[test]
 fn a_level_bed_of_grains_in_disorder_has_no_ripples() {
     for width in [8e-3, 20e-3] {
         let tank = tank(width);
+        let range = tank.range_inside(10e-3);
         for seed in 1..=6 {
             // The top layer is half full: the roughest a level bed can be.
-            let found = surfaces(&tank, &grains(&tank, seed, |_| 10.5 * SPACING));
-            for (number, (profile, across)) in definitions(&tank, &found).into_iter().enumerate() {
-                let settings = RippleSettings::of_grains(D, across);
-                let ripples = Ripples::of(profile, settings.range_in(&tank), &settings);
-                let Err(Unmeasured::Flat { deviation, .. }) = ripples else {
-                    panic!("definition {number}, width {width}, seed {seed}: {ripples:?}")
-                };
-                // Without the limit there would be waves to report.
-                assert!(deviation > 0.1 * D * (D / across).sqrt(), "{deviation}");
-            }
+            let bed = surface(&tank, &grains(&tank, seed, |_| 10.5 * SPACING));
+            let found = BedForms::of(&bed, range, &BedFormSettings::of_grains(D)).ripples;
+            assert!(matches!(found, Err(Unmeasured::TooFewCrests { .. })), "width {width}, seed {seed}: {found:?}");
+            // Its roughness is there: without the least height of a crest there would be some.
+            assert!(relief(&bed, range).expect("a relief") > 0.1 * D * (D / width).sqrt());
         }
     }
 }
@@ -82,16 +73,11 @@ fn a_level_bed_of_grains_in_disorder_has_no_ripples() {
 fn ripples_of_grains_in_disorder_have_their_length_and_height() {
     let tank = tank(20e-3);
     let bed = |x: Real| 0.010 + 1.25e-3 * (TAU * x / 22e-3).sin();
-    let found = surfaces(&tank, &grains(&tank, 1, bed));
-    for (profile, across) in definitions(&tank, &found) {
-        let settings = RippleSettings::of_grains(D, across);
-        let ripples = Ripples::of(profile, settings.range_in(&tank), &settings).expect("ripples");
-        let length = ripples.crossing_wavelength.expect("whole waves");
-        assert!((length / 22e-3 - 1.0).abs() < 0.05, "{ripples:?}");
-        let length = ripples.correlation_wavelength.expect("a maximum");
-        assert!((length / 22e-3 - 1.0).abs() < 0.05, "{ripples:?}");
-        assert!((ripples.height() / 2.5e-3 - 1.0).abs() < 0.15, "{ripples:?}");
-    }
+    let found = surface(&tank, &grains(&tank, 1, bed));
+    let ripples = BedForms::of(&found, tank.range_inside(10e-3), &BedFormSettings::of_grains(D)).ripples;
+    let ripples = ripples.expect("ripples");
+    assert!((ripples.wavelength / 22e-3 - 1.0).abs() < 0.05, "{ripples:?}");
+    assert!((ripples.height / 2.5e-3 - 1.0).abs() < 0.2, "{ripples:?}");
 }
 
 #[test]
@@ -99,11 +85,11 @@ fn a_bed_matches_readings_of_its_own_shape() {
     let tank = tank(20e-3);
     let bed =
         |height: Real| move |x: Real| 0.010 + 0.5 * height * ((TAU * x / 22e-3).sin() + 0.3 * (TAU * x / 37e-3).cos());
-    let found = surfaces(&tank, &grains(&tank, 3, bed(2e-3)));
+    let found = surface(&tank, &grains(&tank, 3, bed(2e-3)));
     let readings: Vec<[Real; 2]> = (0..90).map(|n| -0.07 + 1.5e-3 * f64::from(n)).map(|x| [x, bed(4e-3)(x)]).collect();
-    let settings = RippleSettings::of_grains(D, 20e-3);
-    let matched = match_bed(&found.concentration, &readings, ShiftLimits::default(), &settings).expect("a match");
-    assert!((matched.height_ratio().expect("ripples") - 0.5).abs() < 0.08, "{matched:?}");
-    assert!((matched.wavelength_ratio().expect("ripples") - 1.0).abs() < 0.1, "{matched:?}");
+    let matched =
+        match_bed(&found, &readings, ShiftLimits::default(), &BedFormSettings::of_grains(D)).expect("a match");
+    assert!((matched.ratio(|found| found.height).expect("ripples") - 0.5).abs() < 0.1, "{matched:?}");
+    assert!((matched.ratio(|found| found.wavelength).expect("ripples") - 1.0).abs() < 0.1, "{matched:?}");
     assert!(matched.profiles.correlation.expect("ripples") > 0.9 && matched.crests_agree == Some(1.0), "{matched:?}");
 }

@@ -10,7 +10,6 @@ pub(super) struct Axis {
     pub label: String,
     pub lower: f64,
     pub upper: f64,
-    pub log: bool,
 }
 
 /// A tick at a value; minor ones have no label.
@@ -22,32 +21,16 @@ struct Tick {
 
 impl Axis {
     pub fn linear(label: &str, lower: f64, upper: f64) -> Self {
-        Self { label: label.to_owned(), lower, upper, log: false }
+        Self { label: label.to_owned(), lower, upper }
     }
 
     /// Part of the way from the lower to the upper end.
     pub fn part(&self, value: f64) -> f64 {
-        if self.log {
-            (value.max(f64::MIN_POSITIVE) / self.lower).ln() / (self.upper / self.lower).ln()
-        } else {
-            (value - self.lower) / (self.upper - self.lower)
-        }
+        (value - self.lower) / (self.upper - self.lower)
     }
 
     /// Ticks, about `most` of them with labels, and the power of ten taken out of the labels.
     fn ticks(&self, most: usize) -> (Vec<Tick>, i32) {
-        if self.log { (self.log_ticks(most), 0) } else { self.linear_ticks(most) }
-    }
-
-    /// Ticks along `length` \[pixels]: labels about the first of the distances apart, or the second where that would be
-    /// fewer than four of them.
-    fn ticks_along(&self, length: f64, [usual, closest]: [f64; 2]) -> (Vec<Tick>, i32) {
-        let ticks = self.ticks((length / usual) as usize);
-        let labels = ticks.0.iter().filter(|tick| tick.label.is_some()).count();
-        if labels < 4 { self.ticks((length / closest) as usize) } else { ticks }
-    }
-
-    fn linear_ticks(&self, most: usize) -> (Vec<Tick>, i32) {
         let (step, parts) = round_step((self.upper - self.lower) / most.max(1) as f64);
         let largest = self.lower.abs().max(self.upper.abs());
         let power = if (1e-2..1e5).contains(&largest) { 0 } else { decade(largest) };
@@ -64,24 +47,12 @@ impl Axis {
         (ticks.collect(), power)
     }
 
-    fn log_ticks(&self, most: usize) -> Vec<Tick> {
-        let (first, last) = (decade(self.lower * 1.000_001), decade(self.upper * 1.000_001));
-        let stride = ((last - first) as usize).div_ceil(most.max(1)).max(1) as i32;
-        // With fewer than two decades the powers alone say too little.
-        let few = self.upper / self.lower < 99.0;
-        let plain = first >= -3 && last <= 4;
-        let mut ticks = Vec::new();
-        for power in first..=last {
-            for digit in 1..10 {
-                let value = f64::from(digit) * 10_f64.powi(power);
-                let inside = self.part(value) > -1e-9 && self.part(value) < 1.0 + 1e-9;
-                let major = if few { matches!(digit, 1 | 2 | 5) } else { digit == 1 && power % stride == 0 };
-                if inside && (stride == 1 || digit == 1) {
-                    ticks.push(Tick { value, label: major.then(|| power_label(digit, power, plain)) });
-                }
-            }
-        }
-        ticks
+    /// Ticks along `length` \[pixels]: labels about the first of the distances apart, or the second where that would be
+    /// fewer than four of them.
+    fn ticks_along(&self, length: f64, [usual, closest]: [f64; 2]) -> (Vec<Tick>, i32) {
+        let ticks = self.ticks((length / usual) as usize);
+        let labels = ticks.0.iter().filter(|tick| tick.label.is_some()).count();
+        if labels < 4 { self.ticks((length / closest) as usize) } else { ticks }
     }
 }
 
@@ -102,35 +73,11 @@ fn round_step(least: f64) -> (f64, i32) {
     (digit * base, parts)
 }
 
-/// A range from or to round values that holds `lower` and `upper` with a little room.
-pub(super) fn round_range(lower: f64, upper: f64) -> [f64; 2] {
-    let extent = if upper > lower { upper - lower } else { lower.abs().max(1e-300) };
-    let (step, _) = round_step(extent / 8.0);
-    let outer = |value: f64, direction: f64| direction * (direction * value / step - 1e-6).ceil() * step;
-    let (mut low, mut high) = (outer(lower, -1.0), outer(upper, 1.0));
-    if lower == upper {
-        (low, high) = (low - step, high + step);
-    }
-    // Zero belongs to a range that nearly reaches it.
-    if low > 0.0 && low < 0.35 * high {
-        low = 0.0;
-    }
-    [low, high]
-}
-
 /// A number with a true minus sign.
 fn number(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     let zero = text.trim_start_matches('-').chars().all(|c| matches!(c, '0' | '.'));
     if zero { text.trim_start_matches('-').to_owned() } else { text.replace('-', "−") }
-}
-
-fn power_label(digit: i32, power: i32, plain: bool) -> String {
-    match digit {
-        _ if plain => number(f64::from(digit) * 10_f64.powi(power), (-power).max(0) as usize),
-        1 => format!("10{}", superscript(power)),
-        _ => format!("{digit}×10{}", superscript(power)),
-    }
 }
 
 /// A whole number raised.
@@ -166,26 +113,11 @@ pub(super) struct Frame {
     pub size: f64,
 }
 
-const GRID: Colour = [232, 233, 236];
-
 impl Frame {
     /// Place of a point on the sheet.
     pub fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let Rectangle { left, top, right, bottom } = self.area;
         [left + (right - left) * self.x.part(x), bottom + (top - bottom) * self.y.part(y)]
-    }
-
-    /// Draws faint lines at the labelled ticks.
-    pub fn draw_grid(&self, canvas: &mut Canvas) {
-        let Rectangle { left, top, right, bottom } = self.area;
-        for tick in self.x_ticks().0.iter().filter(|tick| tick.label.is_some()) {
-            let x = left + (right - left) * self.x.part(tick.value);
-            canvas.line(&[[x, top], [x, bottom]], Pen::new(1.0, GRID));
-        }
-        for tick in self.y_ticks().0.iter().filter(|tick| tick.label.is_some()) {
-            let y = bottom + (top - bottom) * self.y.part(tick.value);
-            canvas.line(&[[left, y], [right, y]], Pen::new(1.0, GRID));
-        }
     }
 
     /// Draws frame, ticks and labels.
@@ -310,26 +242,6 @@ mod tests {
             ticks.iter().filter(|tick| tick.label.is_some()).count()
         };
         assert_eq!((count(230.0), count(400.0), labels(&axis, 3).0.len()), (5, 5, 1));
-    }
-
-    #[test]
-    fn logarithmic_ticks_are_powers_or_small_digits() {
-        let axis = Axis { label: String::new(), lower: 1e-6, upper: 1e-1, log: true };
-        assert_eq!(labels(&axis, 10).0, ["10⁻⁶", "10⁻⁵", "10⁻⁴", "10⁻³", "10⁻²", "10⁻¹"]);
-        let axis = Axis { label: String::new(), lower: 10.0, upper: 100.0, log: true };
-        assert_eq!(labels(&axis, 10).0, ["10", "20", "50", "100"]);
-        let axis = Axis { label: String::new(), lower: 1e-12, upper: 1.0, log: true };
-        assert!(labels(&axis, 5).0.len() <= 6);
-    }
-
-    #[test]
-    fn ranges_are_round_and_hold_the_data() {
-        assert_eq!(round_range(0.3, 9.7), [0.0, 10.0]);
-        assert_eq!(round_range(-0.3, 9.7), [-2.0, 10.0]);
-        assert_eq!(round_range(8.1, 8.9), [8.1, 8.9]);
-        assert_eq!(round_range(5.0, 5.0), [4.0, 6.0]);
-        let [low, high] = round_range(0.0, 0.0);
-        assert!(low < high);
     }
 
     #[test]

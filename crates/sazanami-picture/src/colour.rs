@@ -12,10 +12,6 @@ pub(super) const GREY: Colour = [120, 124, 130];
 /// Water.
 pub(super) const BLUE: Colour = [38, 110, 190];
 
-/// Colours of lines that stay apart for colour-blind readers (Okabe and Ito 2008, without the yellow).
-pub(super) const LINES: [Colour; 7] =
-    [[0, 90, 160], [213, 94, 0], [0, 130, 95], [190, 60, 130], [120, 85, 30], [70, 165, 220], [60, 60, 60]];
-
 /// A way from low to high.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ColourMap {

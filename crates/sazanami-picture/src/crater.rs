@@ -1,6 +1,6 @@
 //! The crater in a section: the bed's smoothed surface before and now, rim, depth, and the cap whose volume is V.
 
-use sazanami::artist::{BedSurface, CraterCap};
+use sazanami::artist::{Amount, BedSurface, CraterCap};
 
 use super::axes::Frame;
 use super::canvas::{Anchor, Canvas, Font, Pen, Rectangle};
@@ -8,42 +8,42 @@ use super::colour::{BLACK, Colour, WHITE};
 use super::text;
 
 /// Rows of the legend and their height \[pixels].
-const ROWS: usize = 3;
+const ROWS: usize = 4;
 const ROW: f64 = 27.0;
 const SAMPLE: f64 = 46.0;
 const SIZE: f64 = 18.0;
 
-/// Addition to a V that cannot be trusted.
-const AT_EDGE: &str = "; the rim is at the edge of the box or of what is evaluated: V is not reliable";
-
 const SURFACE: Colour = [150, 0, 110];
 const DASHES: &[f64] = &[9.0, 6.0];
 
-/// V with its uncertainty, as reports and the summary have it.
+/// The volume of a crater with its uncertainty, as reports and the summary have it, and what speaks against it.
 pub(super) fn volume_words(crater: &CraterCap) -> String {
-    format!("V = {:.2} ± {:.2} mm³", 1e9 * crater.volume, 1e9 * crater.uncertainty)
+    let doubt = if crater.below_rim.doubts.is_empty() { "" } else { " (not reliable)" };
+    format!("{} below the rim{doubt}", amount(&crater.below_rim))
 }
 
-/// Meaning of V: the last rows of the legend.
-fn explanation(surface: &BedSurface) -> [String; 2] {
-    match &surface.crater {
-        Some(crater) => [
-            format!(
-                "{}: cap through the rim and the lowest point, V = π H (3 L² + H²) / 6; before the impact {:.2} mm³",
-                volume_words(crater),
-                1e9 * crater.noise
-            ),
-            format!(
-                "depth H = {:.2} mm, rim radius L = {:.2} mm{}",
-                1e3 * crater.depth,
-                1e3 * crater.rim_radius,
-                if crater.rim_at_edge { AT_EDGE } else { "" }
-            ),
-        ],
-        None => {
-            ["no crater: no hollow deeper than a grain and clear of the roughness of the bed".into(), String::new()]
-        }
-    }
+fn amount(of: &Amount) -> String {
+    format!("{:.2} ± {:.2} mm³", 1e9 * of.volume, 1e9 * of.uncertainty)
+}
+
+/// Meaning of the volumes: the last rows of the legend.
+fn explanation(surface: &BedSurface) -> [String; ROWS - 1] {
+    let Some(crater) = &surface.crater else {
+        let none = "no crater: no hollow deeper than a grain and clear of the roughness of the bed";
+        return [none.into(), String::new(), String::new()];
+    };
+    let doubts = &crater.below_rim.doubts;
+    [
+        format!(
+            "below the plane of the rim {}, before the impact {:.2} mm³; depth H = {:.2} mm, rim radius L = {:.2} mm",
+            amount(&crater.below_rim),
+            1e9 * crater.noise,
+            1e3 * crater.depth,
+            1e3 * crater.rim_radius
+        ),
+        format!("cap through the rim and the lowest point V = π H (3 L² + H²) / 6 = {}", amount(&crater.cap)),
+        if doubts.is_empty() { String::new() } else { format!("not reliable: {doubts}") },
+    ]
 }
 
 /// Height of the legend \[pixels], the same with a crater and without.
@@ -121,8 +121,8 @@ fn draw_measures(canvas: &mut Canvas, frame: &Frame, axis: f64, crater: &CraterC
     label("H", [middle[0] + 18.0, 0.5 * (middle[1] + lowest[1])]);
 }
 
-/// Draws what the lines are, and what V is, from a corner of the sheet downwards.
-pub(super) fn draw_legend(canvas: &mut Canvas, [left, top]: [f64; 2], surface: &BedSurface) {
+/// Draws what the lines are, and what the volumes are, from a corner of the sheet downwards, in `room` pixels.
+pub(super) fn draw_legend(canvas: &mut Canvas, [left, top]: [f64; 2], room: f64, surface: &BedSurface) {
     let font = Font { size: SIZE, colour: BLACK, across: Anchor::Start, down: Anchor::Middle, upwards: false };
     let row = |n: usize| top + ROW * (n as f64 + 0.5);
     let dashed = Pen { width: 2.6, colour: BLACK, dashes: DASHES };
@@ -136,7 +136,7 @@ pub(super) fn draw_legend(canvas: &mut Canvas, [left, top]: [f64; 2], surface: &
         x += SAMPLE + 40.0 + text::length(words, SIZE);
     }
     for (n, words) in explanation(surface).iter().enumerate() {
-        canvas.text([left, row(n + 1)], words, font);
+        canvas.text([left, row(n + 1)], words, Font { size: text::fitted(words, SIZE, room), ..font });
     }
 }
 
@@ -150,23 +150,31 @@ mod tests {
             rim_radius: 4.95e-3,
             rim_height: 6e-3,
             depth: 1.72e-3,
-            volume: 68.812e-9,
-            uncertainty: 12.04e-9,
+            below_rim: Amount { volume: 61.274e-9, uncertainty: 3.04e-9, doubts: String::new() },
+            cap: Amount { volume: 68.812e-9, uncertainty: 12.04e-9, doubts: String::new() },
             noise: 5.44e-9,
-            rim_at_edge: false,
         }
     }
 
     #[test]
-    fn the_legend_says_what_v_is_with_its_parts() {
+    fn the_legend_says_what_the_volumes_are_with_their_parts() {
         let with = BedSurface { crater: Some(crater()), ..BedSurface::default() };
         let words = explanation(&with).join(" ");
-        for part in ["V = 68.81 ± 12.04 mm³", "5.44 mm³", "H = 1.72 mm", "L = 4.95 mm", "π H (3 L² + H²) / 6"] {
+        for part in [
+            "61.27 ± 3.04 mm³",
+            "5.44 mm³",
+            "H = 1.72 mm",
+            "L = 4.95 mm",
+            "V = π H (3 L² + H²) / 6 = 68.81 ± 12.04 mm³",
+        ] {
             assert!(words.contains(part), "{part}: {words}");
         }
-        assert!(!words.contains(AT_EDGE));
-        let at_edge = BedSurface { crater: Some(CraterCap { rim_at_edge: true, ..crater() }), ..with };
-        assert!(explanation(&at_edge)[1].ends_with(AT_EDGE));
+        assert!(!words.contains("not reliable") && !volume_words(&crater()).contains("not reliable"));
+        let mut doubted = crater();
+        doubted.below_rim.doubts = "the crater has not come to rest".into();
+        assert_eq!(volume_words(&doubted), "61.27 ± 3.04 mm³ below the rim (not reliable)");
+        let doubted = BedSurface { crater: Some(doubted), ..with };
+        assert_eq!(explanation(&doubted)[2], "not reliable: the crater has not come to rest");
         let words = explanation(&BedSurface::default()).join(" ");
         assert!(words.starts_with("no crater") && !words.contains("L ="), "{words}");
     }

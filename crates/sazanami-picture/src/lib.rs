@@ -1,36 +1,28 @@
-//! Pictures drawn without a GPU or a display: section views, three-dimensional stills, line plots.
+//! Pictures drawn without a GPU or a display: section views and three-dimensional stills. Charts are drawn by the report.
 //!
 //! The same input gives the same pixels for any number of threads. [`Painter`] draws what a run and its evaluation have
 //! to show.
 
 mod axes;
 mod canvas;
-mod chart;
 mod colour;
 mod crater;
-mod figures;
 mod isosurface;
 mod painter;
 mod raster;
-mod ripples;
 mod scene;
 mod section;
 mod slab;
 mod still;
 mod text;
-mod tiles;
 mod vectors;
 
-pub use chart::{Dash, LinePlot, Mark, Trace};
 pub use colour::{Colour, ColourMap, ColourScale};
-pub use figures::{bed_profiles, crater_history, erosion_against_momentum, momentum_budget};
 pub use isosurface::Isosurface;
 pub use painter::Painter;
-pub use ripples::{LayerFigure, ProfileFigure, ripple_growth};
 pub use section::{LiquidStyle, SectionView, section_of_cells};
 pub use slab::{SlabPanel, SlabView};
 pub use still::{Still, Viewpoint};
-pub use tiles::sheet;
 pub use vectors::VectorWindow;
 
 use std::io;
@@ -60,12 +52,6 @@ pub enum PictureError {
         expected: usize,
         /// Number given.
         found: usize,
-    },
-    /// A logarithmic axis has nothing above zero to show.
-    #[error("the logarithmic axis `{label}` has no positive value to show")]
-    NothingPositive {
-        /// Label of the axis.
-        label: String,
     },
 }
 

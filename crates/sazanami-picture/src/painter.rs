@@ -9,9 +9,8 @@ use sazanami_numerics::geometry::{ContactSphereRule, Exact, Shape, SpheroidMesh,
 
 use super::crater::volume_words;
 use super::{
-    ColourScale, Isosurface, LayerFigure, Picture, PictureError, ProfileFigure, SectionView, SlabPanel, SlabView,
-    Still, VectorWindow, Viewpoint, bed_profiles, crater_history, erosion_against_momentum, momentum_budget,
-    ripple_growth, section_of_cells,
+    ColourScale, Isosurface, Picture, PictureError, SectionView, SlabPanel, SlabView, Still, VectorWindow, Viewpoint,
+    section_of_cells,
 };
 
 /// Part of a cell that is liquid outside grains on the surface that is drawn: thin sheets stay visible.
@@ -35,18 +34,6 @@ fn picture_of(figure: &Figure) -> Result<Picture, PictureError> {
         Figure::Liquid(scene) => section(scene, false),
         Figure::View(scene) => view(scene),
         Figure::Tank(side) => tank(side),
-        Figure::Surfaces { title, moments, x_range } => ProfileFigure { title, moments, x_range }.draw(),
-        Figure::BedProfiles { title, curves } => bed_profiles(title, curves).draw(),
-        Figure::Crater { title, times, depths_and_radii: [depths, radii] } => {
-            crater_history(title, times, depths, radii).draw()
-        }
-        Figure::MomentumBudget { title, times, parts } => momentum_budget(title, "x₃", times, parts),
-        Figure::Erosion { title, groups } => erosion_against_momentum(title, groups).draw(),
-        Figure::Layers { title, history, layers, submerged_weight } => {
-            let runs = std::slice::from_ref(history);
-            LayerFigure { title, runs, layers, time_range: None, ranges: [None; 4], submerged_weight }.draw()
-        }
-        Figure::RippleGrowth { title, runs } => ripple_growth(title, runs, false),
     }
 }
 

@@ -8,7 +8,7 @@ use super::canvas::{Anchor, Canvas, Font, Pen, Rectangle};
 use super::colour::{BLACK, BLUE, Light, mix, to_colour, to_light};
 use super::raster::{EMPTY, INSIDE, Layer, Place, SAMPLES, is_front, reduce};
 use super::scene::{Drawn, Scene, daylight};
-use super::{ColourScale, Isosurface, Picture, PictureError, check_length, crater};
+use super::{ColourScale, Isosurface, Picture, PictureError, check_length, crater, text};
 use sazanami::artist::BedSurface;
 use sazanami_io::Bodies;
 
@@ -121,7 +121,8 @@ impl<'a> SectionView<'a> {
         let (left, top) = (96, 56);
         let has_bar = !self.bodies.poses.is_empty();
         let below = 80 + if self.surface.is_some() { crater::legend_height() } else { 0 };
-        let mut canvas = Canvas::new(left + self.width + if has_bar { 150 } else { 36 }, top + height + below);
+        let width = left + self.width + if has_bar { 150 } else { 36 };
+        let mut canvas = Canvas::new(width, top + height + below);
         canvas.paste(left, top, &self.render(height));
         let area = Rectangle {
             left: left as f64,
@@ -141,14 +142,15 @@ impl<'a> SectionView<'a> {
         });
         frame.draw(&mut canvas);
         if let Some(surface) = self.surface {
-            crater::draw_legend(&mut canvas, [area.left, area.bottom + 72.0], surface);
+            crater::draw_legend(&mut canvas, [area.left, area.bottom + 72.0], width as f64 - area.left - 8.0, surface);
         }
         if has_bar {
             let bar = Rectangle { left: area.right + 28.0, right: area.right + 52.0, ..area };
             draw_colour_bar(&mut canvas, bar, self.scale, SIZE);
         }
-        let font = Font { size: 22.0, colour: BLACK, across: Anchor::Middle, down: Anchor::Middle, upwards: false };
-        canvas.text([0.5 * (area.left + area.right), 0.5 * area.top], self.title, font);
+        let size = text::fitted(self.title, 22.0, 0.98 * width as f64);
+        let font = Font { size, colour: BLACK, across: Anchor::Middle, down: Anchor::Middle, upwards: false };
+        canvas.text([0.5 * width as f64, 0.5 * area.top], self.title, font);
         if self.liquid.iter().any(|&fraction| fraction >= self.liquid_threshold) {
             let label = if has_bar { "liquid" } else { "liquid, the fuller the darker; line: half full" };
             draw_swatch(&mut canvas, [area.right, area.bottom + 2.4 * SIZE], BLUE, label, 0.9 * SIZE);

@@ -8,7 +8,7 @@ use super::canvas::{Anchor, Canvas, Font, Pen, Rectangle};
 use super::colour::{BLACK, BLUE, GREY, Light, mix, to_light};
 use super::raster::{EMPTY, Layer, Place, SAMPLES, is_front, reduce};
 use super::scene::{Drawn, Scene, daylight};
-use super::{ColourScale, Isosurface, Picture, PictureError, check_length};
+use super::{ColourScale, Isosurface, Picture, PictureError, check_length, text};
 use sazanami_io::Bodies;
 
 /// Direction of the eye.
@@ -186,7 +186,8 @@ impl<'a> Still<'a> {
         let bar_width = if self.colour_bar { BESIDE } else { 0 };
         let mut canvas = Canvas::new(width + bar_width, ABOVE + height);
         canvas.paste(0, ABOVE, &picture);
-        let font = Font { size: 24.0, colour: BLACK, across: Anchor::Start, down: Anchor::Start, upwards: false };
+        let size = text::fitted(self.title, 24.0, (width + bar_width) as f64 - 40.0);
+        let font = Font { size, colour: BLACK, across: Anchor::Start, down: Anchor::Start, upwards: false };
         canvas.text([26.0, 22.0], self.title, font);
         if self.liquid.is_some() {
             draw_swatch(&mut canvas, [width as f64 - 14.0, (ABOVE + height) as f64 - 20.0], BLUE, "liquid", 18.0);

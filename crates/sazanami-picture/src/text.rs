@@ -65,6 +65,11 @@ pub(super) fn length(text: &str, size: f64) -> f64 {
     glyphs(text, size).1
 }
 
+/// The size at which a line is no longer than `most` pixels, `size` at most.
+pub(super) fn fitted(text: &str, size: f64, most: f64) -> f64 {
+    size * (most / length(text, size)).min(1.0)
+}
+
 /// Calls `cover(x, y, part)` for every pixel of a line that starts at `x`, `y` = 0 with its baseline at `y` = 0;
 /// `y` points down. `shift` moves the line by parts of a pixel.
 pub(super) fn draw(text: &str, size: f64, shift: [f64; 2], mut cover: impl FnMut(i32, i32, f32)) {

@@ -4,10 +4,7 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-use sazanami::artist::{
-    Artist as _, BedSurface, Colouring, CraterCap, ErosionPoint, Figure, LayerHistory, RippleHistory, Scene, SideView,
-    Surfaces,
-};
+use sazanami::artist::{Amount, Artist as _, BedSurface, Colouring, CraterCap, Figure, Scene, SideView};
 use sazanami_io::BodyPose;
 use sazanami_numerics::geometry::{ContactSphereRule, Shape, VolumeRule};
 use sazanami_numerics::grid::Grid;
@@ -58,34 +55,7 @@ fn side_view() -> SideView {
 #[test]
 fn every_figure_becomes_a_picture_of_its_own() {
     let (scene, side) = (scene(), side_view());
-    let times = [0.0, 1.0, 2.0];
-    let curves =
-        [("t = 0".to_owned(), vec![[0.0, 0.01], [0.01, 0.01]]), ("end".to_owned(), vec![[0.0, 0.005], [0.01, 0.011]])];
-    let surfaces =
-        Surfaces { title: "t = 1 s".into(), bed: curves.to_vec(), water: curves.to_vec(), ..Surfaces::default() };
-    let groups = [("round".to_owned(), vec![ErosionPoint { momentum: 1e-4, volume: 1e-8, uncertainty: 1e-9 }])];
-    let values = [[0.0, 0.1, -0.1], [0.0, 0.2, 0.1], [0.0, 1e-6, -1e-6], [0.0, 2e-6, 1e-6]].map(Vec::from);
-    let history = LayerHistory { time: times.to_vec(), upper: values.clone(), lower: values, ..Default::default() };
-    let growth = RippleHistory {
-        height: vec![[0.0, 1e-3], [1.0, 2e-3]],
-        wavelength: vec![[0.0, 0.02], [1.0, 0.022]],
-        ..Default::default()
-    };
-    let parts = [("liquid", vec![-1e-4, -5e-5, 0.0]), ("residual", vec![0.0; 3])];
-    let title = "a run";
-    let all = [
-        Figure::Section(&scene),
-        Figure::Liquid(&scene),
-        Figure::View(&scene),
-        Figure::Tank(&side),
-        Figure::Surfaces { title, moments: std::slice::from_ref(&surfaces), x_range: [0.0, 0.01] },
-        Figure::BedProfiles { title, curves: &curves },
-        Figure::Crater { title, times: &times, depths_and_radii: [&[0.0, 1e-3, 2e-3], &[f64::NAN, 4e-3, 5e-3]] },
-        Figure::MomentumBudget { title, times: &times, parts: &parts },
-        Figure::Erosion { title, groups: &groups },
-        Figure::Layers { title, history: &history, layers: ["upper", "lower"], submerged_weight: Some(1e-5) },
-        Figure::RippleGrowth { title, runs: &[growth] },
-    ];
+    let all = [Figure::Section(&scene), Figure::Liquid(&scene), Figure::View(&scene), Figure::Tank(&side)];
     let folder = tempfile::tempdir().expect("the picture was written");
     let mut drawn: Vec<Vec<u8>> = Vec::new();
     for (n, figure) in all.iter().enumerate() {
@@ -95,16 +65,31 @@ fn every_figure_becomes_a_picture_of_its_own() {
         assert!(bytes.starts_with(b"\x89PNG") && !drawn.contains(&bytes), "{n}");
         drawn.push(bytes);
     }
-    // What cannot be drawn, or not be kept, is an error.
-    let nothing = Figure::Surfaces { title, moments: &[], x_range: [0.0, 1.0] };
-    assert!(
-        Painter
-            .draw(&nothing, &folder.path().join("none.png"))
-            .unwrap_err()
-            .to_string()
-            .contains("profiles at instants")
-    );
+    // What cannot be kept is an error.
     assert!(Painter.draw(&all[0], &folder.path().join("absent/a.png")).is_err());
+}
+
+#[test]
+fn a_tank_shows_the_grains_of_its_slab_alone() {
+    let folder = tempfile::tempdir().expect("the picture was written");
+    let drawn = |side: &SideView| {
+        let path = folder.path().join("tank.png");
+        Painter.draw(&Figure::Tank(side), &path).expect("the picture was written");
+        std::fs::read(&path).expect("the picture was written")
+    };
+    let both = side_view();
+    let mut beside = both.clone();
+    beside.position[1].y = 0.02;
+    let mut alone = both.clone();
+    alone.position.truncate(1);
+    alone.diameter.truncate(1);
+    for panel in &mut alone.panels {
+        let (Colouring::Speed(values, _) | Colouring::Height(values, _) | Colouring::Signed(values, ..)) = panel;
+        values.truncate(1);
+    }
+    assert!(drawn(&beside) == drawn(&alone) && drawn(&both) == drawn(&both));
+    // The control: within the slab the second grain is seen.
+    assert!(drawn(&both) != drawn(&alone));
 }
 
 /// Pixels of a picture, left of the bar of colours, whose red, green and blue satisfy `is_counted`.
@@ -155,10 +140,9 @@ fn pictures_of_all_times_have_one_frame_and_a_rim_only_with_a_crater() {
         rim_radius: 2e-3,
         rim_height: 4e-3,
         depth: 1e-3,
-        volume: 7e-9,
-        uncertainty: 1e-9,
+        below_rim: Amount { volume: 6e-9, uncertainty: 1e-9, doubts: String::new() },
+        cap: Amount { volume: 7e-9, uncertainty: 1e-9, doubts: String::new() },
         noise: 0.0,
-        rim_at_edge: false,
     };
     let surface = BedSurface {
         axis: 4e-3,

@@ -24,7 +24,7 @@
   }
 
   let renderer;
-  try { renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true }); } catch (problem) {
+  try { renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true, stencil: true }); } catch (problem) {
     say.textContent = "This browser shows no three-dimensional view: WebGL 2 is not available.";
     return;
   }
@@ -40,16 +40,24 @@
   const centre = new THREE.Vector3(...lower.map((x, d) => x + size[d] / 2)), reach = Math.hypot(...size);
   Object.assign(camera, { near: reach / 200, far: reach * 20 });
   camera.up.set(0, 0, 1);
-  camera.position.copy(centre).add(new THREE.Vector3(0.45, -1.5, 0.75).multiplyScalar(reach));
-  scene.add(new THREE.AmbientLight(0xffffff, 1.4));
-  const sun = new THREE.DirectionalLight(0xffffff, 2.2);
-  sun.position.set(0.4, -0.7, 1.2);
-  scene.add(sun);
+  // What the run holds at its end fills the view: a box may be much higher than that.
+  const last = times[times.length - 1], filled = last.grains ? last.grains.place.slice(2 * count).sort()[Math.floor(0.99 * (count - 1))] / 65535 : 1;
+  const top = head.crater ? Math.min(1, Math.max(filled, 0.1) * 1.3) : 1, held = Math.hypot(size[0], size[1], size[2] * top);
+  const looked = centre.clone().setZ(lower[2] + size[2] * top / 2);
+  camera.position.copy(looked).add(new THREE.Vector3(0.42, -1, head.crater ? 0.72 : 0.5).normalize().multiplyScalar((head.crater ? 1.2 : 1.6) * held));
+  // As in the pictures of a run: a sun above the left shoulder of the eye and a lamp beside it, wherever that goes.
+  scene.add(new THREE.AmbientLight(0xffffff, 1.0));
+  const [sun, lamp] = [1.9, 0.9].map(bright => scene.add(new THREE.DirectionalLight(0xffffff, bright)) && scene.children[scene.children.length - 1]);
+  const lit = () => {
+    const [right, up, back] = [0, 1, 2].map(n => new THREE.Vector3().setFromMatrixColumn(camera.matrixWorld, n));
+    lamp.position.copy(back);
+    sun.position.set(0, 0, 1.15).addScaledVector(back, 0.35).addScaledVector(right, -0.75).addScaledVector(up, 0.2);
+  };
   const plane = new THREE.Plane(new THREE.Vector3(0, 1, 0), 0), planes = [];
   const frame = new THREE.Box3Helper(new THREE.Box3(new THREE.Vector3(...lower), new THREE.Vector3(...head.upper)));
   scene.add(frame);
   const controls = new THREE.OrbitControls(camera, canvas);
-  controls.target.copy(centre);
+  controls.target.copy(looked);
   controls.update();
 
   // A mesh of instances for each population.
@@ -84,7 +92,17 @@
   });
   const water = new THREE.Mesh(new THREE.BufferGeometry(), new THREE.MeshPhongMaterial({ color: 0x3b82d0, transparent: true, opacity: 0.5, side: THREE.DoubleSide, depthWrite: false, clippingPlanes: planes, shininess: 80 }));
   const drops = new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({ color: 0x3b82d0, size: reach / 250, transparent: true, opacity: 0.6, clippingPlanes: planes }));
-  scene.add(water, drops);
+  // Water and grains in the plane of the section: where a ray passes more of their back faces than of their front ones, by the stencil.
+  const [ALWAYS, UNEQUAL, REPLACE, MORE, LESS] = [519, 517, 7681, 34055, 34056];
+  const stencil = (stencilFunc, operation) => ({ stencilWrite: true, stencilRef: 0, stencilFunc, stencilFail: operation, stencilZFail: operation, stencilZPass: operation });
+  const [back, front] = [[1, MORE], [0, LESS]].map(([side, operation]) => new THREE.MeshPhongMaterial({ side, transparent: true, colorWrite: false, depthWrite: false, depthTest: false, clippingPlanes: planes, ...stencil(ALWAYS, operation) }));
+  const ordered = (object, renderOrder) => Object.assign(object, { frustumCulled: false, renderOrder });
+  const lidOf = (colours, renderOrder) => ordered(new THREE.Mesh(new THREE.BufferGeometry(), new THREE.MeshPhongMaterial({ ...colours, transparent: true, side: THREE.DoubleSide, ...stencil(UNEQUAL, REPLACE) })), renderOrder);
+  const counts = [back, front].map(of => ordered(new THREE.Mesh(water.geometry, of), 1));
+  const [lid, grainLid] = [lidOf({ color: 0x3b82d0, emissive: 0x1d4f8c, opacity: 0.75, depthWrite: false }, 2), lidOf({ color: 0xcdb58b, emissive: 0x4a3f2c }, 4)];
+  // Of the grains those that the plane meets: the others count to nothing.
+  for (const of of meshes) of.met = [back, front].map(face => ordered(new THREE.InstancedMesh(of.fine.geometry, face, of.all.length), 3));
+  scene.add(water, drops, ...counts, lid, ...meshes.flatMap(of => of.met), grainLid);
   water.frustumCulled = drops.frustumCulled = false;
 
   // Colours of viridis (van der Walt and Smith 2015), at five places.
@@ -95,14 +113,16 @@
     return tone.copy(stops[n]).lerp(stops[n + 1], x - n);
   };
   const quantities = {
+    height: { unit: "mm", of: time => Array.from({ length: count }, (_, n) => 1e3 * placed(time.grains.place[2 * count + n], 2)) },
     speed: { unit: "m/s", of: time => time.grains.speed }, force: { unit: "N", of: time => time.grains.force },
     size: { unit: "mm", of: () => fixed.diameter.map(x => 1e3 * x) },
   };
   // The same colours at all times: up to the value that one of two hundred grains exceeds.
   for (const quantity of Object.values(quantities)) {
     const all = times.filter(time => time.grains).flatMap(time => [...quantity.of(time)].filter((_, n) => n % Math.ceil(count / 5000) === 0)).sort((a, b) => a - b);
-    quantity.most = all[Math.floor(0.995 * (all.length - 1))] || 1;
+    Object.assign(quantity, { least: 0, most: all[Math.floor(0.995 * (all.length - 1))] || 1 });
   }
+  [quantities.height.least, quantities.height.most] = head.heights;
 
   let chosen = times.length - 1, picked = -1, showsAll = false;
   const matrix = new THREE.Matrix4(), turn = new THREE.Quaternion(), at = new THREE.Vector3(), scaled = new THREE.Vector3();
@@ -149,9 +169,15 @@
       of.grains = shown ? of.all.filter(n => shown.has(n)) : of.all;
       of.grains.forEach((n, instance) => {
         fine.setMatrixAt(instance, pose(time.grains, n));
-        fine.setColorAt(instance, n === picked ? tone.setRGB(1, 0, 0) : coloured(values[n] / quantity.most));
+        fine.setColorAt(instance, n === picked ? tone.setRGB(1, 0, 0) : coloured((values[n] - quantity.least) / (quantity.most - quantity.least)));
       });
       for (const mesh of [fine, coarse]) Object.assign(mesh, { count: of.grains.length, boundingSphere: null });
+      const [first, second] = of.met, isMet = n => planes.length > 0 && pose(time.grains, n) && Math.abs(plane.distanceToPoint(at)) < 1.8 * of.reach * fixed.scale[n];
+      const met = of.all.filter(isMet);
+      met.forEach((n, instance) => first.setMatrixAt(instance, pose(time.grains, n)));
+      second.instanceMatrix = first.instanceMatrix;
+      first.count = second.count = met.length;
+      first.instanceMatrix.needsUpdate = true;
       fine.instanceMatrix.needsUpdate = fine.instanceColor.needsUpdate = true;
     }
   };
@@ -163,8 +189,10 @@
       object.geometry = made ? made(time.water) : new THREE.BufferGeometry();
       object.visible = Boolean(made) && byId("view-water").checked;
     });
+    counts.forEach(object => { object.geometry = water.geometry; });
+    capped();
     byId("view-time-said").textContent = `t = ${+(1e3 * time.time).toPrecision(5)} ms`;
-    byId("view-scale-said").textContent = `0 to ${quantity.most.toPrecision(3)} ${quantity.unit}`;
+    byId("view-scale-said").textContent = `${+quantity.least.toPrecision(3)} to ${quantity.most.toPrecision(3)} ${quantity.unit}`;
     tell();
     render();
   };
@@ -195,6 +223,8 @@
     const dark = matchMedia("(prefers-color-scheme: dark)").matches;
     scene.background = tone.set(dark ? 0x0d1117 : 0xf6f8fa).clone();
     frame.material.color.set(dark ? 0x6e7681 : 0x8c959f);
+    camera.updateMatrixWorld();
+    lit();
     renderer.render(scene, camera);
   };
   const numbers = n => {
@@ -218,6 +248,23 @@
     if (picked < 0) say.textContent = "Press on a grain to see its numbers.";
     show();
   };
+  // The part of the plane of the section within the box, in which water is filled in.
+  const capped = () => {
+    const d = +byId("view-axis").value, hasGrains = byId("view-grains").checked && Boolean(times[chosen].grains);
+    for (const object of [...counts, lid]) object.visible = planes.length > 0 && water.visible;
+    for (const object of [...meshes.flatMap(of => of.met), grainLid]) object.visible = planes.length > 0 && hasGrains;
+    if (!planes.length) return;
+    const [a, b] = [0, 1, 2].filter(k => k !== d), nodes = [];
+    for (const [u, v] of [[0, 0], [1, 0], [1, 1], [0, 1]]) {
+      const node = [0, 0, 0];
+      node[d] = -plane.constant;
+      node[a] = lower[a] + u * size[a];
+      node[b] = lower[b] + v * size[b];
+      nodes.push(...node);
+    }
+    lid.geometry.dispose();
+    lid.geometry = grainLid.geometry = geometry({ nodes, triangles: [0, 1, 2, 0, 2, 3] });
+  };
   const cut = () => {
     const axis = byId("view-axis").value, slider = byId("view-cut");
     slider.disabled = axis === "none";
@@ -228,8 +275,9 @@
       plane.constant = -(lower[d] + size[d] * slider.value / 100);
       planes.push(plane);
     }
-    [material, water.material, drops.material].forEach(of => { of.clippingPlanes = planes.length ? [...planes] : null; of.needsUpdate = true; });
+    [material, water.material, drops.material, back, front].forEach(of => { of.clippingPlanes = planes.length ? [...planes] : null; of.needsUpdate = true; });
     arrange();
+    capped();
     render();
   };
   const turnBy = event => {
@@ -270,6 +318,7 @@
     camera.updateProjectionMatrix();
     draw();
   };
+  if (head.crater) byId("view-axis").value = "1";
   new ResizeObserver(fit).observe(place);
   fit();
   cut();
@@ -296,7 +345,7 @@
     return pixels;
   };
   window.reportView = {
-    head, numbers, frames, all: number => { picture(true); const found = frames(number, false); picture(false); return found; }, get picked() { return picked; }, get calls() { return renderer.info.render; }, get drawn() { return meshes.map(of => of.grains.length); },
+    head, numbers, frames, capped: () => lid.visible, all: number => { picture(true); const found = frames(number, false); picture(false); return found; }, get picked() { return picked; }, get calls() { return renderer.info.render; }, get drawn() { return meshes.map(of => of.grains.length); },
     seen: n => { const box = canvas.getBoundingClientRect(); const p = at.set(...numbers(n).position_mm.map(x => x / 1e3)).clone().project(camera); return [box.left + (p.x + 1) / 2 * box.width, box.top + (1 - p.y) / 2 * box.height]; },
     // Part of the pixels that differ by more than a tenth where hidden grains are drawn as well.
     missed: () => { const [with_, without] = [picture(true), picture(false)]; let sum = 0; for (let n = 0; n < with_.length; n += 4) sum += [0, 1, 2].some(c => Math.abs(with_[n + c] - without[n + c]) > 25); return 4 * sum / with_.length; },

@@ -5,6 +5,7 @@ use serde_json::Value;
 
 use crate::charts::rounded;
 use crate::html::Html;
+use crate::typeset::typeset;
 
 /// A large number: what it is, its value with the unit, what belongs to it.
 struct Headline(&'static str, String, String);
@@ -30,7 +31,7 @@ pub fn section(html: &mut Html, run: &Finished, findings: &[(String, String)]) {
         html.raw("</div>\n");
     }
     html.raw("</dl>\n");
-    let rows: Vec<Vec<String>> = findings.iter().map(|(label, value)| vec![label.clone(), value.clone()]).collect();
+    let rows: Vec<Vec<String>> = findings.iter().map(|(label, value)| vec![label.clone(), typeset(value)]).collect();
     html.table("What the run found", &[], &rows);
     html.close("section");
 }
@@ -63,21 +64,29 @@ pub fn how_it_broke_off(run: &Finished) -> Option<(String, String)> {
     Some((verdict, more))
 }
 
-/// Crater volume with its uncertainty, as people write it.
-pub fn volume(run: &Finished) -> Option<String> {
-    let [volume, half] =
-        ["volume_mm3", "volume_uncertainty_mm3"].map(|key| run.number(&format!("observables.erosion.{key}")));
-    Some(format!("{:.2} ± {:.2} mm³", volume?, half?))
+/// A volume of the crater with its uncertainty, as people write it, and what speaks against it.
+pub fn volume(run: &Finished, key: &str) -> Option<(String, String)> {
+    let [volume, half] = ["mm3", "uncertainty_mm3"].map(|of| run.number(&format!("observables.erosion.{key}_{of}")));
+    let doubts = run.summary["observables"]["erosion"][&format!("{key}_doubts")].as_str();
+    let doubts = doubts.map_or_else(String::new, |doubts| format!("not reliable: {doubts}"));
+    Some((format!("{:.2} ± {:.2} mm³", volume?, half?), doubts))
 }
+
+/// Volumes of a crater: what they are called, and their places in the summary.
+const VOLUMES: [(&str, &str); 2] =
+    [("Volume below the plane of the rim", "volume_below_rim"), ("Erosion volume V, eq. (14)", "volume")];
 
 fn headlines(run: &Finished) -> Vec<Headline> {
     let number = |path: &str| run.number(&format!("observables.{path}"));
     let millimetres = |path: &str| number(path).map(|value| format!("{} mm", rounded(value)));
     let mut found = Vec::new();
-    if let Some(volume) = volume(run) {
-        let noise = number("erosion.volume_noise_mm3");
-        let noise = noise.map_or_else(String::new, |noise| format!("same bed before the impact: {noise:.2} mm³"));
-        found.push(Headline("Erosion volume V", volume, noise));
+    for (label, key) in VOLUMES {
+        let noise = number(&format!("erosion.{key}_noise_mm3"));
+        let noise = noise.map(|noise| format!("same bed before the impact: {noise:.2} mm³"));
+        found.extend(volume(run, key).map(|(volume, doubts)| {
+            let more = [Some(doubts).filter(|doubts| !doubts.is_empty()), noise].into_iter().flatten();
+            Headline(label, volume, more.collect::<Vec<_>>().join("; "))
+        }));
     }
     if let [Some(angle), Some(error)] = ["angle_deg", "angle_uncertainty_deg"].map(|key| number(&format!("heap.{key}")))
     {
@@ -90,8 +99,8 @@ fn headlines(run: &Finished) -> Vec<Headline> {
     }
     found.extend(bed_forms(run));
     let lengths = [
-        ("Depth of the crater", "erosion.depth_mm", "below its rim"),
-        ("Radius of the rim", "erosion.rim_radius_mm", "from the axis"),
+        ("Depth H of the crater", "erosion.depth_mm", "below its rim"),
+        ("Radius L of the rim", "erosion.rim_radius_mm", "from the axis"),
         ("Relief of the bed", "ripples.relief_mm", "root mean square, all wavelengths"),
     ];
     for (label, path, more) in lengths {
@@ -122,9 +131,11 @@ fn bed_forms(run: &Finished) -> Vec<Headline> {
         Some((format!("{} long", length?), format!("{} high, highest at x1 = {}", height?, crest?)))
     };
     let of_ripples = || {
-        let [apart, height] = ["wavelength_mm", "height_mm"].map(|key| mm(crested, key));
+        let [apart, error, height] =
+            ["wavelength_mm", "wavelength_uncertainty_mm", "height_mm"].map(|key| mm(crested, key));
         let crests = crested["crests_mm"].as_array()?.len();
-        Some((format!("{} apart", apart?), format!("{crests} crests, {} high", height?)))
+        let error = error.map_or_else(String::new, |error| format!(" ± {error}"));
+        Some((format!("{}{error} apart", apart?), format!("{crests} crests, {} high", height?)))
     };
     [of("Mound", mound, of_mound()), of("Ripples", crested, of_ripples())].into_iter().flatten().collect()
 }
@@ -145,11 +156,12 @@ pub fn warnings(run: &Finished, log: &str) -> Vec<String> {
     }
     if summary["observables"]["erosion"]["rim_at_edge"] == true {
         found.push(
-            "The rim of the crater lies at the edge of the box or at `erosion.r_max`: V cannot be trusted.".into(),
+            "The rim of the crater lies at the edge of the box or at `erosion.r_max`: its volumes cannot be trusted."
+                .into(),
         );
     }
     if summary["observables"]["crater_rest"]["at_rest"] == false {
-        found.push("The crater has not come to rest at the end of the run: V is not its final volume.".into());
+        found.push("The crater has not come to rest at the end of the run: its volumes are not the final ones.".into());
     }
     let counted = [
         ("corrections.deep_contacts", "contacts became deeper than 20 % of a contact sphere's radius"),

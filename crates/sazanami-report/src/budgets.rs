@@ -4,6 +4,7 @@ use sazanami::finished::Finished;
 use serde_json::Value;
 
 use crate::html::Html;
+use crate::typeset::typeset;
 
 /// Up to this a relative residual is round-off of sums over many steps.
 const ROUND_OFF: f64 = 1e-9;
@@ -60,7 +61,7 @@ pub fn section(html: &mut Html, run: &Finished) {
     for Verdict { holds, text } in &verdicts {
         html.open("p", &[("class", if *holds { "verdict good" } else { "verdict bad" })]);
         html.raw(if *holds { "<strong>Closed.</strong> " } else { "<strong>Open.</strong> " });
-        html.text(text);
+        html.text(&typeset(text));
         html.close("p");
     }
     let mut rows = Vec::new();
@@ -76,7 +77,7 @@ pub fn section(html: &mut Html, run: &Finished) {
 /// Vectors below `value`, a row each.
 fn terms(value: &Value, name: &str, rows: &mut Vec<Vec<String>>) {
     if let Some(vector) = value.as_array().filter(|list| list.len() == 3 && list.iter().all(Value::is_number)) {
-        let parts = vector.iter().filter_map(Value::as_f64).map(|part| format!("{part:.4e}"));
+        let parts = vector.iter().filter_map(Value::as_f64).map(|part| typeset(&format!("{part:.4e}")));
         rows.push(std::iter::once(name.replace('_', " ")).chain(parts).collect());
     }
     for (key, inner) in value.as_object().into_iter().flatten() {

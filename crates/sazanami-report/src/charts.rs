@@ -3,6 +3,8 @@
 use sazanami::analyse::Table;
 use serde_json::{Value, json};
 
+use crate::typeset::typeset;
+
 /// Most rows of a table that a chart holds.
 pub const MOST_ROWS: usize = 2000;
 
@@ -48,19 +50,13 @@ pub struct Chart {
 /// Columns of `series.csv` that stand in one chart: title, columns.
 type Group = (&'static str, &'static [&'static str]);
 
-/// Wavelengths of the band that ripples would lie in: something has them on any bed, so that they are shown where there are ripples.
-const BAND_WAVELENGTHS: &[&str] =
-    &["ripple_wavelength_spectrum", "ripple_wavelength_crossings", "ripple_wavelength_correlation"];
-
 /// Charts of `series.csv` in the order of the page; columns that a run has not are left out.
 const GROUPS: &[Group] = &[
     ("Crater", &["crater_depth", "rim_radius"]),
-    ("Volume of the crater", &["erosion_volume", "erosion_volume_direct", "erosion_volume_excavated"]),
+    ("Volume of the crater", &["erosion_volume_below_rim", "erosion_volume", "erosion_volume_excavated"]),
     ("Heights of mound and ripples", &["mound_height", "ripple_crest_height", "bed_relief"]),
     ("Lengths of mound and ripples", &["mound_wavelength", "ripple_crest_spacing"]),
     ("Crests of ripples", &["ripple_crests"]),
-    ("Height of all waves as long as ripples", &["ripple_height", "ripple_crest_to_trough"]),
-    ("Wavelength of all waves as long as ripples", BAND_WAVELENGTHS),
     ("Level of the water", &["water_level_mean", "water_level_highest", "water_level_lowest"]),
     ("Splashed grains", &["splashed_grains", "suspended_grains"]),
     ("Fastest", &["largest_grain_speed", "largest_fluid_speed"]),
@@ -93,10 +89,8 @@ const GROUPS: &[Group] = &[
 /// Charts of a series over the time: the known groups, then what is left by units.
 pub fn of_series(series: &Table) -> Vec<Chart> {
     let known: Vec<&str> = GROUPS.iter().flat_map(|(_, columns)| *columns).copied().collect();
-    let has_ripples = series.column("ripple_crest_spacing").iter().any(|spacing| spacing.is_finite());
-    let shown = GROUPS.iter().filter(|(_, columns)| has_ripples || *columns != BAND_WAVELENGTHS);
-    let mut charts: Vec<Chart> =
-        shown.filter_map(|(title, columns)| of_columns(series, title, columns, columns.len())).collect();
+    let grouped = GROUPS.iter().filter_map(|(title, columns)| of_columns(series, title, columns, columns.len()));
+    let mut charts: Vec<Chart> = grouped.collect();
     let mut units: Vec<&str> = Vec::new();
     for (name, unit) in series.headings() {
         if !known.contains(&name) && !["step", "time"].contains(&name) && !units.contains(&unit) {
@@ -106,7 +100,8 @@ pub fn of_series(series: &Table) -> Vec<Chart> {
     for unit in units {
         let left = series.headings().filter(|(name, of)| *of == unit && !known.contains(name));
         let left: Vec<&str> = left.map(|(name, _)| name).filter(|name| !["step", "time"].contains(name)).collect();
-        let title = if unit.is_empty() { "Other numbers".to_owned() } else { format!("Other quantities in {unit}") };
+        let title =
+            if unit.is_empty() { "Other numbers".to_owned() } else { format!("Other quantities in {}", typeset(unit)) };
         charts.extend(of_columns(series, &title, &left, 1));
     }
     charts
@@ -214,6 +209,14 @@ pub fn of_layers(table: &Table) -> Vec<Chart> {
 }
 
 impl Chart {
+    /// The same with the `points` of a surface that was measured at `time` \[s].
+    pub fn with_measured(mut self, time: f64, points: &[[f64; 2]]) -> Self {
+        let [x, values] = [0, 1].map(|d| points.iter().map(|point| point[d]).collect());
+        let label = format!("experiment, t = {} ms", rounded(1e3 * time));
+        self.tables.push(Curves { x, curves: vec![Curve { label, shown: true, values, bars: Vec::new() }] });
+        self
+    }
+
     /// The chart for the script of the page, in units that fit its values.
     pub fn json(&self) -> Value {
         let all = |of: fn(&Curves) -> Vec<f64>| self.tables.iter().flat_map(of).collect::<Vec<f64>>();
@@ -271,10 +274,10 @@ fn readable(unit: &str, values: &[f64]) -> (String, f64) {
     };
     let fits = |factor: f64| largest * factor >= 1.0;
     if largest == 0.0 || fits(1.0) {
-        return (unit.to_owned(), 1.0);
+        return (typeset(unit), 1.0);
     }
     let found = smaller.iter().find(|(_, factor)| fits(*factor)).or(smaller.last());
-    found.map_or((unit.to_owned(), 1.0), |(name, factor)| (name.replace('u', "µ").replace("^3", "³"), *factor))
+    found.map_or((typeset(unit), 1.0), |(name, factor)| (typeset(name), *factor))
 }
 
 /// A number for the script: seven digits, `null` where there is none.
@@ -349,16 +352,28 @@ mod tests {
     fn a_bed_without_ripples_has_no_wavelength_of_ripples() {
         let titles = |spacing: &str| {
             let charts = of_series(&table(&format!(
-                "step,time [s],ripple_height [m],ripple_wavelength_spectrum [m],mound_height [m],ripple_crest_spacing [m]\n\
-                 0,0,1e-3,2e-2,3e-3,\n1,0.5,1e-3,2e-2,3e-3,{spacing}\n"
+                "step,time [s],mound_height [m],ripple_crest_spacing [m]\n0,0,3e-3,\n1,0.5,3e-3,{spacing}\n"
             )));
             charts.into_iter().map(|chart| chart.title).collect::<Vec<_>>()
         };
-        let heights = ["Heights of mound and ripples", "Height of all waves as long as ripples"];
-        assert_eq!(titles(""), heights);
+        let [heights, lengths] = ["Heights of mound and ripples", "Lengths of mound and ripples"];
+        assert_eq!(titles(""), [heights]);
         // Control: with ripples there are both.
-        let lengths = ["Lengths of mound and ripples", "Wavelength of all waves as long as ripples"];
-        assert_eq!(titles("1e-2"), [heights[0], lengths[0], heights[1], lengths[1]]);
+        assert_eq!(titles("1e-2"), [heights, lengths]);
+    }
+
+    #[test]
+    fn measured_surfaces_stand_beside_those_of_the_run() {
+        let bed = table("step,time [s],x [m],z [m]\n0,0,0,1e-2\n0,0,1e-2,2e-2\n");
+        let chart = tank_profiles("bed", &bed, "z").unwrap();
+        let with = chart.clone().with_measured(2.5, &[[1e-3, 3e-2], [4e-3, 5e-2], [9e-3, 4e-2]]).json();
+        assert_eq!((chart.tables.len(), with["tables"][0].clone()), (1, chart.json()["tables"][0].clone()));
+        let measured = &with["tables"][1];
+        assert_eq!(
+            (&measured["x"], &measured["curves"][0]["y"]),
+            (&json!([1.0, 4.0, 9.0]), &json!([30.0, 50.0, 40.0]))
+        );
+        assert_eq!(measured["curves"][0]["label"], "experiment, t = 2500 ms");
     }
 
     #[test]

@@ -9,6 +9,7 @@ use sazanami::finished::Finished;
 
 use crate::charts::{self, Chart, Curve, Curves};
 use crate::html::Html;
+use crate::typeset::{self, typeset};
 use crate::{answer, page, run};
 
 /// A run with its name and the values of its keys.
@@ -61,7 +62,7 @@ fn found(html: &mut Html, sides: &[Side]) -> Result<(), CommandError> {
         }
     }
     let cell = |findings: &Vec<(String, String)>, label: &String| {
-        findings.iter().find(|(own, _)| own == label).map_or("–".to_owned(), |(_, value)| value.clone())
+        findings.iter().find(|(own, _)| own == label).map_or("–".to_owned(), |(_, value)| typeset(value))
     };
     let row =
         |label: &&String| std::iter::once((*label).clone()).chain(all.iter().map(|own| cell(own, label))).collect();
@@ -90,7 +91,9 @@ fn parameters(html: &mut Html, sides: &[Side], keys: &[String]) {
     if keys.is_empty() {
         html.raw("<p>None: the runs have the same case.</p>\n");
     } else {
-        let cell = |side: &Side, key: &String| side.values.get(key).map_or("–".to_owned(), |value| run::shown(value));
+        let cell = |side: &Side, key: &String| {
+            side.values.get(key).map_or("–".to_owned(), |value| typeset::value(&run::shown(value)))
+        };
         let row = |key: &String| std::iter::once(key.clone()).chain(sides.iter().map(|side| cell(side, key))).collect();
         let rows: Vec<Vec<String>> = keys.iter().map(row).collect();
         html.table("Keys whose values are not the same in all runs", &headings("key", sides), &rows);
@@ -117,7 +120,13 @@ fn quantity(value: &str) -> Option<(f64, String)> {
 /// A number of the answer that is shown against keys: its name, unit, factor to that unit, and where it and its uncertainty are.
 struct Answer(&'static str, &'static str, f64, [&'static str; 2]);
 
-const ANSWERS: [Answer; 2] = [
+const ANSWERS: [Answer; 3] = [
+    Answer(
+        "Volume below the plane of the rim",
+        "m^3",
+        1e-9,
+        ["erosion.volume_below_rim_mm3", "erosion.volume_below_rim_uncertainty_mm3"],
+    ),
     Answer("Erosion volume V", "m^3", 1e-9, ["erosion.volume_mm3", "erosion.volume_uncertainty_mm3"]),
     Answer("Angle of the heap", "degrees", 1.0, ["heap.angle_deg", "heap.angle_uncertainty_deg"]),
 ];
@@ -143,9 +152,10 @@ fn answers(sides: &[Side], keys: &[String]) -> Vec<Chart> {
 }
 
 /// The columns that several runs share and people compare, a chart each.
-const COMPARED: [&str; 12] = [
+const COMPARED: [&str; 13] = [
     "crater_depth",
     "rim_radius",
+    "erosion_volume_below_rim",
     "erosion_volume",
     "mound_height",
     "mound_wavelength",

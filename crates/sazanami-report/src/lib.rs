@@ -10,6 +10,7 @@ mod html;
 mod mesh;
 mod page;
 mod run;
+mod typeset;
 mod view;
 
 use std::io::Write as _;

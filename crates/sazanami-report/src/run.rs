@@ -1,6 +1,9 @@
 //! The report on one run.
 
+use std::path::PathBuf;
+
 use sazanami::analyse;
+use sazanami::case::meaning::Measured;
 use sazanami::case::{Changed, DefaultValue, changed};
 use sazanami::error::CommandError;
 use sazanami::finished::Finished;
@@ -10,7 +13,7 @@ use sazanami::results::{BED_PROFILES, CASE, CRATER_PROFILES, LAYER_MEANS, LOG, W
 use crate::charts::{self, Chart, rounded};
 use crate::html::Html;
 use crate::view::{self, View};
-use crate::{answer, budgets, page};
+use crate::{answer, budgets, page, typeset};
 
 /// Report on one run, as HTML.
 pub fn page(run: &Finished) -> Result<String, CommandError> {
@@ -23,9 +26,12 @@ pub fn page(run: &Finished) -> Result<String, CommandError> {
         html.raw("<header>");
         html.element("h1", &[], &title(run));
         html.element("p", &[("class", "subtitle")], &subtitle(run));
-        page::contents(html, &SECTIONS);
+        let has_section = analyse::newest_section(&run.folder).is_some();
+        let shown: Vec<_> = SECTIONS.into_iter().filter(|(id, _)| has_section || *id != "section").collect();
+        page::contents(html, &shown);
         html.close("header");
         answer::section(html, run, &findings);
+        section_picture(html, run);
         view_section(html, run, view.as_ref());
         html.section("charts", "Charts");
         html.raw("<p class=\"note\">Drag to zoom, double-click to show all. Tick curves to show or hide them.</p>\n");
@@ -39,8 +45,9 @@ pub fn page(run: &Finished) -> Result<String, CommandError> {
     })
 }
 
-const SECTIONS: [(&str, &str); 7] = [
+const SECTIONS: [(&str, &str); 8] = [
     ("answer", "Answer"),
+    ("section", "Section"),
     ("view", "View"),
     ("charts", "Charts"),
     ("budgets", "Budgets"),
@@ -58,6 +65,21 @@ fn subtitle(run: &Finished) -> String {
     let status = run.summary["status"].as_str().unwrap_or("unknown");
     let time = run.number("time_s").unwrap_or_default();
     format!("{}: {status} at t = {} ms", run.name(), rounded(1e3 * time))
+}
+
+/// The section through bed and water with the measures of the crater.
+fn section_picture(html: &mut Html, run: &Finished) {
+    let Some(png) = analyse::newest_section(&run.folder).and_then(|path| std::fs::read(path).ok()) else { return };
+    html.section("section", "Section");
+    html.raw("<p class=\"note\">Rim radius L, depth H and the cap whose volume is V, at the last time drawn.</p>\n");
+    html.picture(
+        &png,
+        &format!(
+            "Section through bed and water at the end of {}, with the rim radius L, the depth H and the cap",
+            title(run)
+        ),
+    );
+    html.close("section");
 }
 
 /// Grains and water in three dimensions, and the newest picture of them for those who cannot see that.
@@ -85,15 +107,30 @@ fn view_section(html: &mut Html, run: &Finished, view: Option<&View>) {
 fn charts_of(run: &Finished) -> Result<Vec<Chart>, CommandError> {
     let mut found = Vec::new();
     found.extend(run.table(CRATER_PROFILES)?.and_then(|table| charts::crater_profiles(&table)));
-    if let Some(table) = run.table(BED_PROFILES)? {
-        found.extend(charts::tank_profiles("Surface of the bed", &table, "z_concentration"));
-    }
-    if let Some(table) = run.table(WATER_PROFILES)? {
-        found.extend(charts::tank_profiles("Surface of the water", &table, "z"));
-    }
+    found.extend(surface(run, BED_PROFILES, "Surface of the bed", "z_concentration", |at| at.bed.as_ref())?);
+    found.extend(surface(run, WATER_PROFILES, "Surface of the water", "z", |at| at.water.as_ref())?);
     found.extend(run.table(LAYER_MEANS)?.map(|table| charts::of_layers(&table)).unwrap_or_default());
     found.extend(charts::of_series(&run.series));
     Ok(found)
+}
+
+/// A surface along the tank, and what an experiment measured of it.
+fn surface(
+    run: &Finished,
+    table: &str,
+    title: &str,
+    column: &str,
+    file: fn(&Measured) -> Option<&PathBuf>,
+) -> Result<Option<Chart>, CommandError> {
+    let case = &run.case.case;
+    let measured = case.ripples.iter().flat_map(|ripples| &ripples.measured);
+    let add = |chart: Chart, at: &Measured| match file(at).map(|file| case.measured_profile(file, at.time)) {
+        Some(Ok(Some(profile))) => chart.with_measured(at.time, &profile.points),
+        // What is missing or damaged is among the findings.
+        _ => chart,
+    };
+    let chart = run.table(table)?.and_then(|table| charts::tank_profiles(title, &table, column));
+    Ok(chart.map(|chart| measured.fold(chart, add)))
 }
 
 /// Program, machine, times, and the keys that make this case.
@@ -140,7 +177,7 @@ fn row_of(key: &Changed) -> Vec<String> {
         DefaultValue::None => "none".to_owned(),
         DefaultValue::Value(value) => shown(value),
     };
-    vec![key.path.clone(), shown(&key.value), default, key.about.to_owned()]
+    vec![key.path.clone(), typeset::value(&shown(&key.value)), typeset::value(&default), key.about.to_owned()]
 }
 
 /// A value as written in a case, without the quotes of its texts.

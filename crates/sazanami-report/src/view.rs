@@ -8,6 +8,7 @@ use std::path::Path;
 
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
+use sazanami::artist::heights_coloured;
 use sazanami::error::CommandError;
 use sazanami::finished::Finished;
 use sazanami::results::{FIELD_SERIES, GRAIN_SERIES, GRAINS};
@@ -146,9 +147,20 @@ impl<'a> Source<'a> {
             self.run.case.case.grains.iter().map(|population| population.name.as_str()).collect();
         let head = json!({
             "lower": self.lower.to_array(), "upper": self.upper.to_array(), "count": self.grains, "shapes": shapes,
-            "populations": populations, "times": times,
+            "populations": populations, "times": times, "heights": self.heights(), "crater": self.has_crater(),
         });
         Ok(View { head, bytes: pack.deflated(), left_out })
+    }
+
+    /// Heights of the first and the last colour \[mm], as in the pictures of the run.
+    fn heights(&self) -> [f64; 2] {
+        let bed = self.run.number("observables.bed.height_mm").map(|height| self.lower.z + 1e-3 * height);
+        heights_coloured([self.lower.z, self.upper.z], bed).map(|height| 1e3 * height)
+    }
+
+    /// Whether the run found a crater, into which the view then looks.
+    fn has_crater(&self) -> bool {
+        self.run.number("observables.erosion.volume_below_rim_mm3").is_some()
     }
 
     /// Shapes of the populations, and what does not change of the grains.

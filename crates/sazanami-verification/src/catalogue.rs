@@ -46,21 +46,21 @@ macro_rules! case {
     ($name:literal, $program:path) => {
         Case {
             name: $name,
-            expected: include_str!(concat!("../../../verification/", $name, "/expected.toml")),
+            expected: include_str!(concat!("../verification/", $name, "/expected.toml")),
             posed: None,
             program: Some(|| $program().and_then(IntoOutcome::into_outcome)),
         }
     };
     // Posed by its `case.toml`.
     ($name:literal) => {
-        case!($name, case concat!("../../../verification/", $name, "/case.toml"), "", None)
+        case!($name, case concat!("../verification/", $name, "/case.toml"), "", None)
     };
     // The same beside the `reference.csv` of a case.
     ($name:literal, with $table:literal) => {
         case!(
             $name,
-            case concat!("../../../verification/", $name, "/case.toml"),
-            include_str!(concat!("../../../verification/", $table, "/reference.csv")),
+            case concat!("../verification/", $name, "/case.toml"),
+            include_str!(concat!("../verification/", $table, "/reference.csv")),
             None
         )
     };
@@ -72,10 +72,10 @@ macro_rules! case {
     ($name:literal, files [$($file:literal),*]) => {
         Case {
             name: $name,
-            expected: include_str!(concat!("../../../verification/", $name, "/expected.toml")),
+            expected: include_str!(concat!("../verification/", $name, "/expected.toml")),
             posed: Some(Posed {
                 case: Cow::Borrowed(""),
-                others: &[$(($file, include_str!(concat!("../../../cases/examples/", $file, ".toml")))),*],
+                others: &[$(($file, include_str!(concat!("../cases/examples/", $file, ".toml")))),*],
                 reference: Cow::Borrowed(""),
             }),
             program: None,
@@ -85,7 +85,7 @@ macro_rules! case {
     ($name:literal, and $program:path) => {
         case!(
             $name,
-            case concat!("../../../verification/", $name, "/case.toml"),
+            case concat!("../verification/", $name, "/case.toml"),
             "",
             Some(|| $program().and_then(IntoOutcome::into_outcome))
         )
@@ -93,7 +93,7 @@ macro_rules! case {
     ($name:literal, case $path:expr, $reference:expr, $program:expr) => {
         Case {
             name: $name,
-            expected: include_str!(concat!("../../../verification/", $name, "/expected.toml")),
+            expected: include_str!(concat!("../verification/", $name, "/expected.toml")),
             posed: Some(Posed {
                 case: Cow::Borrowed(include_str!($path)),
                 others: &[], reference: Cow::Borrowed($reference) }),
@@ -116,6 +116,9 @@ pub const CASES: &[Case] = &[
     case!("deformation", transport::deformed_sphere),
     case!("falling-drop"),
     case!("dam-break", with "dam-break"),
+    case!("static-drop"),
+    case!("capillary-wave", with "capillary-wave"),
+    case!("rising-bubble"),
     case!("restitution"),
     case!("bouncing"),
     case!("oblique-impact"),
@@ -163,8 +166,8 @@ pub const CASES: &[Case] = &[
     case!("mps-published", moving_particles::published),
     case!("mps-frames", moving_particles::frames),
     case!("mps-frames-bed", moving_particles::frames_with_bed),
-    case!("both-dam-break", file "../../../cases/both/dam-break.toml"),
-    case!("both-settling-sphere", file "../../../cases/both/settling-sphere.toml"),
+    case!("both-dam-break", file "../cases/both/dam-break.toml"),
+    case!("both-settling-sphere", file "../cases/both/settling-sphere.toml"),
     case!("examples", files ["channel", "standing-wave", "raft", "ball-on-slope"]),
     case!("ripples", ripples::ripples),
     case!("drop-on-bed-fine"),

@@ -3,13 +3,13 @@
 use sazanami_numerics::Real;
 
 /// Martin and Moyce (1952), a column twice as high as wide.
-pub const DAM_BREAK: &str = include_str!("../../../verification/dam-break/reference.csv");
+pub const DAM_BREAK: &str = include_str!("../verification/dam-break/reference.csv");
 /// Martin and Moyce (1952), a column as high as wide.
-pub const SQUARE_DAM: &str = include_str!("../../../verification/mps-dam-break/reference.csv");
+pub const SQUARE_DAM: &str = include_str!("../verification/mps-dam-break/reference.csv");
 /// Lobovsky et al. (2014).
-pub const LOBOVSKY: &str = include_str!("../../../verification/mps-dam-break-lobovsky/reference.csv");
+pub const LOBOVSKY: &str = include_str!("../verification/mps-dam-break-lobovsky/reference.csv");
 /// Zick and Homsy (1982).
-pub const ARRAYS: &str = include_str!("../../../verification/grain-arrays/reference.csv");
+pub const ARRAYS: &str = include_str!("../verification/grain-arrays/reference.csv");
 
 /// Values of `columns` in the rows whose first cell is `key` (all rows for an empty key), where none is missing.
 #[must_use]

@@ -1,7 +1,6 @@
-//! Observables, tables and figures from what runs wrote.
+//! Observables, tables and pictures from what runs wrote.
 
 mod craters;
-mod figures;
 mod lines;
 mod output;
 mod pictures;
@@ -17,24 +16,23 @@ use serde_json::Value;
 use crate::artist::Artist;
 use crate::error::CommandError;
 use crate::progress::Progress;
-use figures::draw_figures;
 use lines::report;
-use output::{Output, undone};
+use output::{Output, list_files, undone};
 pub(crate) use summary_file::summary;
 
 pub(crate) use ripples::CYCLE_COLUMNS;
-pub use ripples::layer_history;
+pub use ripples::{LayerHistory, layer_history};
 pub use table::{Cells, Table};
 
 /// Evaluates one run again, or compares several; returns lines for the terminal.
 ///
 /// One run is evaluated again from its newest good checkpoint of the flow, ripples from the tables that it wrote;
 /// `overrides` (`path=value`, of keys under `bed` and `erosion`, or [`crate::case::RIPPLES_EVALUATED`]) say how, and what is then
-/// found goes into the folder `analysis` of the run's own. Tables and figures of a comparison go into the folder `out`, the
-/// current one unless it is given. Without an `artist` there are tables alone.
+/// found goes into the folder `analysis` of the run's own. Tables of a comparison go into the folder `out`, the
+/// current one unless it is given. An `artist` draws the sections and views of a run on a grid again.
 ///
 /// # Errors
-/// If a folder holds no results, or a figure cannot be written; if other keys are overridden, or those of several
+/// If a folder holds no results, or a file cannot be written; if other keys are overridden, or those of several
 /// runs, or those of a run that left nothing to be evaluated again.
 pub fn analyse(
     folders: &[PathBuf],
@@ -48,7 +46,7 @@ pub fn analyse(
     if let Some(out) = out {
         if !is_compared {
             return Err(CommandError::input(
-                "`--out` is for the tables and figures of a comparison, and one run is given",
+                "`--out` is for the tables of a comparison, and one run is given",
                 "leave it out: what is found goes into the folder of the run",
             ));
         }
@@ -93,7 +91,13 @@ pub fn findings(folder: &Path, summary: &Value) -> Result<Vec<(String, String)>,
 /// The newest picture of a run that shows its grains: a view, or a tank from the side.
 #[must_use]
 pub fn newest_view(folder: &Path) -> Option<PathBuf> {
-    ["view-", "grains-"].into_iter().find_map(|prefix| figures::newest_picture(folder, prefix))
+    ["view-", "grains-"].into_iter().find_map(|prefix| output::newest_picture(folder, prefix))
+}
+
+/// The newest section of a run through bed and water, with the measures of its crater.
+#[must_use]
+pub fn newest_section(folder: &Path) -> Option<PathBuf> {
+    output::newest_picture(folder, "section-")
 }
 
 /// Whether a summary is that of a run with moving particles.
@@ -101,28 +105,23 @@ fn has_moving_particles(summary: &Value) -> bool {
     summary["solver"] == "mps"
 }
 
-/// Draws the figures of a run from its tables; returns what its summary says.
+/// Evaluates the tables of a run at its end; returns what its summary says.
 ///
 /// # Errors
-/// If the folder holds no results, or a figure cannot be written.
-pub(crate) fn present(
-    folder: &Path,
-    artist: Option<&dyn Artist>,
-    progress: &mut dyn Progress,
-) -> Result<Vec<String>, CommandError> {
-    let output = &mut Output { artist, progress };
+/// If the folder holds no results, or a file cannot be written.
+pub(crate) fn present(folder: &Path, progress: &mut dyn Progress) -> Result<Vec<String>, CommandError> {
     let summary = summary(folder)?;
     if has_moving_particles(&summary) {
-        return ripples::of_run(folder, &[], output);
+        return ripples::of_run(folder, &[], &mut Output { artist: None, progress });
     }
-    draw_figures(folder, &summary, output)?;
+    list_files(folder, &summary)?;
     Ok(report(&summary, None, folder))
 }
 
 #[cfg(test)]
 mod tests {
     use super::craters::comparable;
-    use super::figures::free_path;
+    use super::output::free_path;
     use super::*;
     use crate::progress::Silent;
     use crate::results::SUMMARY;
@@ -169,10 +168,10 @@ mod tests {
     }
 
     #[test]
-    fn pictures_are_numbered() {
+    fn tables_of_comparisons_are_numbered() {
         let folder = scratch("numbers");
-        for expected in ["a.png", "a-2.png", "a-3.png"] {
-            let path = free_path(&folder, "a", "png");
+        for expected in ["a.csv", "a-2.csv", "a-3.csv"] {
+            let path = free_path(&folder, "a");
             assert_eq!(path, folder.join(expected));
             std::fs::write(path, "").unwrap();
         }

@@ -26,9 +26,6 @@ pub type NotDrawn = Box<dyn Error + Send + Sync>;
 /// Points of a curve \[m].
 pub type Points = Vec<[Real; 2]>;
 
-/// A curve with its label.
-pub type Curve = (String, Points);
-
 /// Content of a picture, in SI units.
 #[derive(Clone, Copy, Debug)]
 pub enum Figure<'a> {
@@ -40,65 +37,6 @@ pub enum Figure<'a> {
     View(&'a Scene),
     /// A tank from the side, its grains coloured by several quantities (as figure 3 of Tazaki et al.).
     Tank(&'a SideView),
-    /// Surfaces of bed and water at one or several instants (as their figure 2).
-    Surfaces {
-        /// Title of the sheet.
-        title: &'a str,
-        /// One panel of bed and water for each instant.
-        moments: &'a [Surfaces],
-        /// Part of x1 shown \[m].
-        x_range: [Real; 2],
-    },
-    /// Height of the bed against radius \[m]; the first curve is the initial surface (figures 13 and 14 of Yagyu et al. 2015).
-    BedProfiles {
-        /// Title above the axes.
-        title: &'a str,
-        /// A curve for each time.
-        curves: &'a [Curve],
-    },
-    /// Depth and rim radius of a crater \[m] against time \[s]; NaN where there is none.
-    Crater {
-        /// Title above the axes.
-        title: &'a str,
-        /// Times \[s].
-        times: &'a [Real],
-        /// Depth and rim radius at these times \[m].
-        depths_and_radii: [&'a [Real]; 2],
-    },
-    /// Parts of the vertical momentum [N s] against time \[s]; one is the `residual`.
-    MomentumBudget {
-        /// Title above the axes.
-        title: &'a str,
-        /// Times \[s].
-        times: &'a [Real],
-        /// Label and values at these times of each part.
-        parts: &'a [(&'a str, Vec<Real>)],
-    },
-    /// Erosion volume against momentum (figure 15 of Yagyu et al. 2015), by kind of drop.
-    Erosion {
-        /// Title above the axes.
-        title: &'a str,
-        /// Label and results of each kind of drop.
-        groups: &'a [(String, Vec<ErosionPoint>)],
-    },
-    /// Averages over two layers of the bed against time (as figure 4 of Tazaki et al.).
-    Layers {
-        /// Title of the sheet.
-        title: &'a str,
-        /// The averages at their times.
-        history: &'a LayerHistory,
-        /// Names of the upper and the lower layer.
-        layers: [&'a str; 2],
-        /// Submerged weight of a grain \[N], in parts of which forces are shown; without it they are shown in N.
-        submerged_weight: Option<Real>,
-    },
-    /// Height and wavelength of ripples against time.
-    RippleGrowth {
-        /// Title of the sheet.
-        title: &'a str,
-        /// Histories of the runs, a line each.
-        runs: &'a [RippleHistory],
-    },
 }
 
 /// Grains and liquid on a grid at one time.
@@ -137,8 +75,29 @@ pub struct BedSurface {
     pub crater: Option<CraterCap>,
 }
 
-/// A crater as the spherical cap of eq. (14) of Yagyu et al. (2015).
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Heights of grains that have the first and the last colour, in parts of the height of the bed before the impact.
+const COLOURED: [Real; 2] = [0.5, 1.2];
+
+/// Heights of grains that have the first and the last colour \[m], between `floor` and `lid`; with the top of the bed before the
+/// impact, if there was a bed.
+#[must_use]
+pub fn heights_coloured([floor, lid]: [Real; 2], bed_before: Option<Real>) -> [Real; 2] {
+    bed_before.map_or([floor, lid], |top| COLOURED.map(|part| floor + part * (top - floor)))
+}
+
+/// A volume of a crater.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Amount {
+    /// The volume [m^3].
+    pub volume: Real,
+    /// Its uncertainty, up and down [m^3].
+    pub uncertainty: Real,
+    /// What speaks against it, in words; empty where nothing does.
+    pub doubts: String,
+}
+
+/// A crater, and the spherical cap of eq. (14) of Yagyu et al. (2015) in it.
+#[derive(Clone, Debug, PartialEq)]
 pub struct CraterCap {
     /// Distance of the rim from the axis, L \[m].
     pub rim_radius: Real,
@@ -146,14 +105,12 @@ pub struct CraterCap {
     pub rim_height: Real,
     /// Depth below the rim, H \[m].
     pub depth: Real,
-    /// Erosion volume V [m^3].
-    pub volume: Real,
-    /// Its uncertainty, up and down [m^3].
-    pub uncertainty: Real,
-    /// V of the same bed before the impact [m^3].
+    /// Volume below the plane of the rim.
+    pub below_rim: Amount,
+    /// V, the volume of the cap.
+    pub cap: Amount,
+    /// Volume below the plane of the rim of the same bed before the impact [m^3].
     pub noise: Real,
-    /// The rim lies at the edge of what is evaluated: V is not reliable.
-    pub rim_at_edge: bool,
 }
 
 /// A tank from the side: a panel for each quantity of the grains within a slab about its middle, and arrows of the water.
@@ -194,63 +151,4 @@ pub enum Colouring {
     Height(Vec<Real>, [Real; 2]),
     /// A quantity of either sign, with the label of its colours and the value of the last colour to either side.
     Signed(Vec<Real>, String, Real),
-}
-
-/// Surfaces of bed and water at one instant, points (x1, x3) \[m]; one curve per run.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Surfaces {
-    /// Heading, as `t = 3.0 s`.
-    pub title: String,
-    /// Surface of the bed, by its main definition.
-    pub bed: Vec<Curve>,
-    /// Water surfaces, in the order of the beds.
-    pub water: Vec<Curve>,
-    /// The bed by other definitions of its surface.
-    pub other_beds: Vec<Curve>,
-    /// Bed at the start; empty if it is not shown.
-    pub first_bed: Points,
-    /// Water surface at the start; empty if it is not shown.
-    pub first_water: Points,
-    /// Bed of the experiment; empty if there is none.
-    pub measured_bed: Points,
-    /// Water surface of the experiment; empty if there is none.
-    pub measured_water: Points,
-}
-
-/// Result of a run with a crater.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ErosionPoint {
-    /// Momentum of the drop [kg m/s].
-    pub momentum: Real,
-    /// Erosion volume [m^3].
-    pub volume: Real,
-    /// Its uncertainty, up and down [m^3].
-    pub uncertainty: Real,
-}
-
-/// Averages over the layers of the bed in one run. The four quantities of each layer are: velocity of the water and of
-/// the grains [m/s], drag and force of the pressure gradient on a grain \[N], all along x1. NaN leaves a gap.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct LayerHistory {
-    /// Name of the run; empty if there is only one.
-    pub label: String,
-    /// Times \[s].
-    pub time: Vec<Real>,
-    /// Upper layer: the four quantities at these times.
-    pub upper: [Vec<Real>; 4],
-    /// Lower layer: the same.
-    pub lower: [Vec<Real>; 4],
-}
-
-/// Height and wavelength of ripples in one run, or measured ones.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct RippleHistory {
-    /// Name in the legend.
-    pub label: String,
-    /// Times and heights [s, m].
-    pub height: Points,
-    /// Times and wavelengths [s, m].
-    pub wavelength: Points,
-    /// Whether this was measured: marks instead of a line.
-    pub measured: bool,
 }

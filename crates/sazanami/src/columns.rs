@@ -43,6 +43,8 @@ pub(crate) type Field<S> = Quantity<fn(&S) -> serde_json::Value>;
 pub(crate) struct SeriesParts {
     /// The crater.
     pub crater: bool,
+    /// The interface where it has surface tension.
+    pub surface_tension: bool,
     /// The mean velocity that is held.
     pub mean_flow: bool,
 }

@@ -20,7 +20,7 @@ pub struct Examined {
 }
 
 /// Validates a case without running it: with its meshes, beds and tank, on this machine with `threads` threads (all if
-/// absent), and shared among `ranks` if that is asked for. `commit` is that of the program.
+/// absent), and shared among `ranks`, each with so many threads, if that is asked for. `commit` is that of the program.
 ///
 /// # Errors
 /// If the case cannot run, or cannot be shared among so many ranks.
@@ -34,12 +34,14 @@ pub fn examine(
     let feasible = feasible::check(loaded, &machine, &model)?;
     let ready = tanks::made_ready(loaded, commit)?;
     let known = Known { shapes: &feasible.facts, made_ready: ready.tank.is_some() };
-    let threads = threads.unwrap_or(machine.cores);
+    let (asked, threads) = (threads, threads.unwrap_or(machine.cores));
     workers::few_enough(threads, machine.cores)?;
     let mut report = check::check(&loaded.case, known, &machine, threads, &model);
     if let Some(ranks) = ranks {
-        workers::can_share(&loaded.case, ranks, |most| format!("give `--ranks {most}` or fewer"))?;
-        report.ranks = check::ranks(&loaded.case, ranks, report.memory_bytes);
+        workers::can_share(&loaded.case, ranks, |possible| format!("numbers for `--ranks` that work: {possible}"))?;
+        let each = asked.unwrap_or((machine.cores / ranks).max(1));
+        workers::few_enough(each, machine.cores)?;
+        report.ranks = check::ranks(&loaded.case, ranks, each, &report, &feasible.beds, &model);
     }
     report.disk_available = machine::free_disk(Path::new("."));
     let mut warnings = feasible.warnings;

@@ -17,6 +17,7 @@ use sazanami_numerics::choice::Choice as _;
 use sazanami_numerics::geometry::{Exact, Shape};
 use sazanami_numerics::{Quaternion, Real};
 
+use crate::amounts::{self, length};
 use crate::assembly::grains;
 use crate::assembly::shapes::shape_of;
 use crate::bed_file::Bed;
@@ -204,7 +205,7 @@ fn shapes(loaded: &LoadedCase, report: &mut Diagnostics) -> Vec<Option<Shape>> {
 fn facts_of(shape: &Shape, bed: Option<&Bed>) -> ShapeFacts {
     let report = shape.report();
     let mut first =
-        format!("{} nodes, {} tetrahedra, volume {:.5} mm^3", report.nodes, report.tetrahedra, report.volume * 1e9);
+        format!("{} nodes, {} tetrahedra, volume {}", report.nodes, report.tetrahedra, amounts::volume(report.volume));
     if let (Some(volume), Some(inertia)) = (report.volume_error, report.inertia_error) {
         first +=
             // Rounded first, for no "-0.0 %".
@@ -222,11 +223,11 @@ fn facts_of(shape: &Shape, bed: Option<&Bed>) -> ShapeFacts {
         report.quality.smallest_radius_ratio
     ));
     lines.push(format!(
-        "{} contact spheres of {:.4} to {:.4} mm, largest gap to the shape {:.1} um",
+        "{} contact spheres of {} to {}, largest gap to the shape {}",
         report.contact_spheres,
-        report.sphere_radii[0] * 1e3,
-        report.sphere_radii[1] * 1e3,
-        report.largest_gap * 1e6
+        length(report.sphere_radii[0]),
+        length(report.sphere_radii[1]),
+        length(report.largest_gap)
     ));
     let (low, high) = shape.extent();
     ShapeFacts {
@@ -330,8 +331,8 @@ impl Search<'_> {
                     format!("the contact spheres of `{}` leave parts of its surface uncovered", population.name),
                 )
                 .label(format!(
-                    "up to {:.1} um, {:.0} % of its size: it sinks that far into what it touches there",
-                    1e6 * gap,
+                    "up to {}, {:.0} % of its size: it sinks that far into what it touches there",
+                    length(gap),
                     1e2 * gap / size
                 ))
                 .help(help);
@@ -415,7 +416,7 @@ impl Search<'_> {
                 let span = self.loaded.places.at(&format!("grains.{n}.placement.bed.relax"));
                 self.report
                     .error(span, format!("`{}` cannot come to rest beside grains that are packed", population.name))
-                    .label("the run packs the others without it")
+                    .label("the packing of the other grains would not include it")
                     .help(APART);
             }
         }

@@ -51,6 +51,7 @@
 //!
 //! `examples/settling_sphere.rs` adds grains, a listener that can end the run, and the fields of a checkpoint.
 
+mod amounts;
 pub mod analyse;
 pub mod artist;
 pub mod assembly;

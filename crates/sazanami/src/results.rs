@@ -83,8 +83,6 @@ pub const SERIES: &str = "series.csv";
 pub const CRATER_PROFILES: &str = "profiles.csv";
 /// Heights of the bed's surface along a tank.
 pub const BED_PROFILES: &str = "bed.csv";
-/// Surfaces of a bed as pictures name them, in the order of the columns of [`BED_PROFILES`]: the main definition first.
-pub(crate) const BED_DEFINITIONS: [&str; 3] = ["bed: concentration 0.30", "seen from the side", "topmost grains"];
 /// Heights of the water's surface along a tank.
 pub const WATER_PROFILES: &str = "water.csv";
 /// Averages over the layers of the bed.

@@ -369,7 +369,7 @@ impl Launch<'_> {
         )?;
         let wall = began.elapsed().as_secs_f64();
         progress.message(&how_it_ended(&ended, &last, options, stop, wall));
-        let lines = crate::analyse::present(folder, options.artist, progress)?;
+        let lines = crate::analyse::present(folder, progress)?;
         if let Some(report) = options.report {
             let undone = |error: &dyn std::fmt::Display| CommandError::Undone(error.to_string());
             let path = report(folder).map_err(|error| undone(&error))?;

@@ -19,27 +19,27 @@ pub const TEMPLATES: [Template; 5] = [
     Template {
         name: "raindrop",
         about: "a drop hits a small bed of sand that is packed in the run",
-        text: include_str!("../../../cases/templates/raindrop.toml"),
+        text: include_str!("../templates/raindrop.toml"),
     },
     Template {
         name: "settling_sphere",
         about: "a sphere settles in a box of liquid",
-        text: include_str!("../../../cases/templates/settling_sphere.toml"),
+        text: include_str!("../templates/settling_sphere.toml"),
     },
     Template {
         name: "dam_break",
         about: "a column of water collapses against a few blocks",
-        text: include_str!("../../../cases/templates/dam_break.toml"),
+        text: include_str!("../templates/dam_break.toml"),
     },
     Template {
         name: "packing",
         about: "grains of two kinds are packed, and their porosity measured",
-        text: include_str!("../../../cases/templates/packing.toml"),
+        text: include_str!("../templates/packing.toml"),
     },
     Template {
         name: "shaken_tank",
         about: "a bed of spheres under water is shaken: ripples",
-        text: include_str!("../../../cases/templates/shaken_tank.toml"),
+        text: include_str!("../templates/shaken_tank.toml"),
     },
 ];
 

@@ -1,9 +1,11 @@
 //! Ranks and threads of a run: whether the box can be shared among them, and whether they are too many.
 
+use std::fmt;
+
 use sazanami_numerics::domain::{Decomposition, LayoutError};
 use sazanami_parallel::Processes;
 
-use crate::assembly::particles;
+use crate::assembly::shared;
 use crate::case::LoadedCase;
 use crate::case::meaning::{Case, Solver};
 use crate::error::CommandError;
@@ -14,9 +16,6 @@ use crate::machine::Machine;
 /// Most threads of a process, those of all its ranks together: systems refuse to start many more.
 const MOST_THREADS: usize = 1024;
 
-/// Most cells whose fields rank 0 gathers for checkpoints and output.
-const MOST_GATHERED: usize = 50_000_000;
-
 /// The ranks and threads that a run is given, on a machine of `cores` processors or on the processes of a launcher.
 ///
 /// # Errors
@@ -25,18 +24,19 @@ pub(crate) fn of_run(loaded: &LoadedCase, options: &RunOptions, cores: usize) ->
     let Some(processes) = &options.processes else {
         let workers = Workers::of_this_process(options, cores);
         few_enough(workers.ranks.saturating_mul(workers.threads), cores)?;
-        let more = |most| format!("give `--ranks {most}` or fewer");
-        return can_share(&loaded.case, workers.ranks, more).map(|()| workers);
+        let others = |possible| format!("numbers for `--ranks` that work: {possible}");
+        return can_share(&loaded.case, workers.ranks, others).map(|()| workers);
     };
     only_launched(options, processes)?;
     let cells = loaded.case.domain.cell_count();
-    if loaded.case.solver == Solver::Mics && cells > MOST_GATHERED {
+    let most = shared::MOST_GATHERED;
+    if loaded.case.solver == Solver::Mics && cells > most {
         return Err(CommandError::input(
-            format!("{cells} cells are more than the {MOST_GATHERED} whose fields one rank can gather into a file"),
+            format!("{cells} cells are more than the {most} whose fields one rank can gather into a file"),
             "take fewer cells: checkpoints and output are written by rank 0 alone",
         ));
     }
-    can_share(&loaded.case, processes.size(), |most| format!("start {most} processes or fewer"))?;
+    can_share(&loaded.case, processes.size(), |possible| format!("numbers of processes that work: {possible}"))?;
     followers::muster(processes, Some(loaded), options)
 }
 
@@ -85,22 +85,68 @@ pub(crate) fn few_enough(all: usize, cores: usize) -> Result<(), CommandError> {
     ))
 }
 
-/// Refuses ranks that the box cannot be shared among; `fewer` says what to do, given how many it can.
+/// Numbers of ranks that can share a box, about one that cannot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Possible {
+    /// The next lower number.
+    pub below: usize,
+    /// The next higher one, if there is one.
+    pub above: Option<usize>,
+    /// The highest one.
+    pub most: usize,
+}
+
+impl fmt::Display for Possible {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { below, above, most } = self;
+        match above {
+            Some(above) => write!(formatter, "{below} or {above}, and {most} at most"),
+            None => write!(formatter, "{most} at most"),
+        }
+    }
+}
+
+/// Refuses ranks that the box cannot be shared among; `others` says what to do, given how many can.
 ///
 /// # Errors
-/// If there are too many.
-pub fn can_share(case: &Case, ranks: usize, fewer: impl Fn(usize) -> String) -> Result<(), CommandError> {
-    let grid = match case.solver {
-        Solver::Mics => case.domain.grid(),
-        Solver::Mps => particles::grid(case),
+/// If they cannot.
+pub fn can_share(case: &Case, ranks: usize, others: impl Fn(Possible) -> String) -> Result<(), CommandError> {
+    let grid = shared::grid(case);
+    let most = shared::most_ranks(&grid);
+    let problem = if ranks > most {
+        LayoutError { cells: grid.cells, ranks }
+    } else {
+        match Decomposition::new(&grid, ranks) {
+            Ok(_) => return Ok(()),
+            Err(problem) => problem,
+        }
     };
-    let tried = ranks.min(Decomposition::most(&grid) + 1);
-    let Err(problem) = Decomposition::new(&grid, tried) else { return Ok(()) };
-    let problem = LayoutError { ranks, ..problem };
-    let most = (1..tried).rev().find(|&ranks| Decomposition::new(&grid, ranks).is_ok()).unwrap_or(1);
+    let can = |ranks: &usize| Decomposition::new(&grid, *ranks).is_ok();
+    let below = (1..ranks.min(most + 1)).rev().find(can).unwrap_or(1);
+    let possible = Possible { below, above: (ranks + 1..=most).find(can), most };
     let cells = match case.solver {
         Solver::Mics => "",
         Solver::Mps => ", which are about half a radius of influence long",
     };
-    Err(CommandError::input(format!("{problem}{cells}"), fewer(most)))
+    Err(CommandError::input(format!("{problem}{cells}"), others(possible)))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn numbers_of_ranks_that_work_are_named_on_both_sides() {
+        let text = "[domain]\nsize = [\"24 mm\", \"24 mm\", \"2 mm\"]\ncells = [24, 24, 2]\n[run]\nuntil = \"1 ms\"\n";
+        let case = crate::case::parse(Path::new("c.toml"), text, &[]).unwrap().case;
+        let refused = |ranks| can_share(&case, ranks, |possible| possible.to_string()).unwrap_err().to_string();
+        let ends = |ranks, words: &str| assert!(refused(ranks).ends_with(words), "{}", refused(ranks));
+        ends(13, "12 or 14, and 144 at most");
+        ends(145, "144 at most");
+        for ranks in [1, 12, 14, 144] {
+            assert!(can_share(&case, ranks, |possible| possible.to_string()).is_ok(), "{ranks}");
+        }
+    }
 }

@@ -61,7 +61,11 @@ fn runs_that_come_to_no_end_are_refused() {
             (RAINDROP, "run.until=1e300 s", "would not come to its end"),
             (RIPPLES, "contact.default.normal_stiffness=1e30 N/m", "1.0e30 N/m ask for"),
             (RIPPLES, "dem.film_roughness=1e-20 m", "the film between grains asks for"),
-            (RIPPLES, "dem.allowed_error=2e-6", "no sub-step keeps impacts within an error of 2e-6"),
+            (
+                RIPPLES,
+                "dem.allowed_error=2e-6",
+                "no length of the contact sub-steps keeps the error of impacts within 2e-6",
+            ),
             (RAINDROP, "dem={allowed_error=0.01,substeps=20}", "`substeps` gives their number"),
             (RIPPLES, "frame.acceleration=[\"1e9 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"]", "this body force"),
             (RAINDROP, "gravity=1e9 m/s^2", "this body force"),
@@ -97,7 +101,10 @@ fn a_laboratory_that_cannot_be_found_is_refused() {
     let oscillation = "frame.oscillation={amplitude=[\"1 m/s^2\",\"0 m/s^2\",\"0 m/s^2\"],frequency=\"1 Hz\"}";
     let found = |changes: &[&str]| findings(RAINDROP, changes);
     let (runs, texts) = found(&[laboratory, oscillation]);
-    assert!(!runs && texts.iter().any(|text| text.contains("the way to the laboratory is not known")), "{texts:#?}");
+    assert!(
+        !runs && texts.iter().any(|text| text.contains("the position of the box in the laboratory is not known")),
+        "{texts:#?}"
+    );
     assert!(found(&[oscillation]).0 && found(&[laboratory]).0);
 }
 
@@ -245,11 +252,11 @@ fn grains_are_packed_onto_a_wall() {
     all_reported(
         false,
         &[
-            (RIPPLES, "boundary.x3_lower=outflow", "nothing holds `sand` from below"),
-            (RAINDROP, "boundary.x3_lower=outflow", "nothing holds `sand` from below"),
-            (RIPPLES, upward, "does not pack these grains"),
-            (RAINDROP, upward, "does not pack these grains"),
-            (RAINDROP, sideways, "does not pack these grains"),
+            (RIPPLES, "boundary.x3_lower=outflow", "`sand` has no floor below it"),
+            (RAINDROP, "boundary.x3_lower=outflow", "`sand` has no floor below it"),
+            (RIPPLES, upward, "does not press these grains"),
+            (RAINDROP, upward, "does not press these grains"),
+            (RAINDROP, sideways, "does not press these grains"),
             (RIPPLES, "boundary.x3_upper={ fixed_pressure = { pressure = \"1e5 Pa\" } }", "the side x3_upper"),
             (RIPPLES, wet, "the side x3_upper"),
         ],
@@ -273,7 +280,7 @@ fn surfaces_that_contact_spheres_leave_uncovered_are_warned_of() {
         texts.into_iter().find(|text| text.contains("uncovered"))
     };
     let warning = boxes("").unwrap_or_default();
-    assert!(warning.contains("up to 62.2 um, 16 % of its size") && warning.contains("sphere_radius"), "{warning}");
+    assert!(warning.contains("up to 62.18 um, 16 % of its size") && warning.contains("sphere_radius"), "{warning}");
     assert_eq!(boxes("contact_spheres = \"shell(300)\", sphere_radius = \"0.035 mm\","), None);
 }
 
@@ -417,7 +424,7 @@ fn liquids_that_overlap_are_counted_once_and_said() {
     );
     let texts = warned(&[]);
     assert!(
-        texts.len() == 1 && texts[0].contains("`b` lies where `a` is") && texts[0].contains("of its 268.08"),
+        texts.len() == 1 && texts[0].contains("`b` lies where `a` is") && texts[0].contains("of its 268.1 mm^3"),
         "{texts:#?}"
     );
     // Negative controls: apart, side by side, and a bubble, which is meant to lie in the liquid and takes its place there.

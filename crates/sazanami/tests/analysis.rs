@@ -115,13 +115,12 @@ fn what_a_run_found_is_found_again() {
         let (lines, said) = analysed(&folder, &[]);
         let lines = lines.unwrap();
         assert!(!lines.iter().any(|line| line.contains("summary")), "{lines:#?}");
-        assert!(said.iter().all(|text| text.starts_with("drew")), "{said:#?}");
+        assert_eq!(said, Vec::<String>::new());
         assert!(!folder.join("analysis").exists());
         assert_eq!(summary(&folder), before);
         // Keys that say what the case says already.
         let same = ["erosion.dr=0.3 mm", "bed.porosity_upper=\"0.8 mm\""];
         assert_eq!(found(&folder, &same), of_grains(&before));
-        assert!(folder.join("analysis/profiles.png").is_file());
     }
 }
 
@@ -170,6 +169,15 @@ fn pictures_of_a_run_show_the_same_part_of_the_box_and_are_drawn_again() {
     }
 }
 
+/// What was measured, without what is said of it.
+fn measured(part: &Value) -> Value {
+    let mut part = part.clone();
+    if let Some(table) = part.as_object_mut() {
+        table.retain(|key, _| !key.ends_with("_doubts"));
+    }
+    part
+}
+
 #[test]
 fn other_keys_find_what_a_run_with_them_finds() {
     let scratch = Scratch::new("analysis-other");
@@ -185,8 +193,11 @@ fn other_keys_find_what_a_run_with_them_finds() {
         let expected = summary(&beads(&scratch, name, overrides, 1))["observables"].clone();
         let again = found(&folder, overrides);
         for part in ["bed", "erosion"] {
-            assert_eq!(again[part], expected[part], "{name}: {part}");
+            assert_eq!(measured(&again[part]), measured(&expected[part]), "{name}: {part}");
         }
+        // Whether the crater rests is known by the evaluation of the run alone, and said of every other.
+        let doubts = |of: &Value| of["erosion"]["volume_below_rim_doubts"].as_str().unwrap_or_default().to_owned();
+        assert!(doubts(&own).contains("not come to rest") && doubts(&again).contains("not come to rest"), "{again:#}");
         // Negative control: the key makes a difference.
         assert_ne!(again[part], own[part], "{name}");
         if name == "dr" {

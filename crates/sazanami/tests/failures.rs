@@ -326,7 +326,7 @@ fn a_group_that_cannot_be_formed_is_refused_before_anything_is_removed() {
     let before = all_files(&folder);
     let stop = Stop::new();
     // Eight cells each way: no more than four parts of two cells in x1 and x2.
-    let refusals = [(On::ranks(64, 1), "among 64 ranks", "`--ranks 16`"), (On::threads(60_000), "60000", "processor")];
+    let refusals = [(On::ranks(64, 1), "among 64 ranks", "16 at most"), (On::threads(60_000), "60000", "processor")];
     for (on, what, help) in refusals {
         for force in [true, false] {
             let out = if force { folder.clone() } else { scratch.join("new") };

@@ -122,7 +122,7 @@ fn gates_that_cannot_be_are_refused_with_a_reason() {
         (&["gate.0.bottom=5 mm", "gate.0.top=5 mm"], &["has no height"]),
         (&["gate.0.top=20 mm"], &["reaches out of the box"]),
         (&["solver=mics", "domain.cells=[24, 8, 14]"], &["gates are for `solver = \"mps\"`"]),
-        (&["particles.projection=enhanced"], &["gates are for `projection = \"conjugate\"`"]),
+        (&["preset=paper_literal"], &["gates are for `projection = \"conjugate\"`"]),
         (&["boundary.x1=periodic"], &["x1 is periodic"]),
         (&["gate.0.x1=10.5 mm"], &["stands within a layer of particles", "mm\""]),
         (&["boundary.x3_upper=slip"], &["open above"]),

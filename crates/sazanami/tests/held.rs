@@ -107,7 +107,7 @@ fn releases_that_mean_nothing_are_told() {
         ("grains.1.motion=fixed", "never move by the forces"),
         (
             "grains.1.placement={ lattice = { counts = [2, 2, 2], velocity = [\"1 m/s\", \"0 m/s\", \"0 m/s\"] } }",
-            "have no velocity",
+            "have no initial velocity",
         ),
         ("grains.1.release=-1 ms", "`release`"),
         (

@@ -248,7 +248,7 @@ fn a_drop_in_flight_may_halve_the_first_step() {
     println!("{of_predicted} of the step predicted");
     // Negative control: without what is said the step would be wrong by far.
     assert!((0.45..0.8).contains(&of_predicted), "{of_predicted}");
-    let says = |report: &CheckReport| report.limits.iter().any(|limit| limit.rule.contains("half of it once"));
+    let says = |report: &CheckReport| report.limits.iter().any(|limit| limit.rule.contains("about half of that once"));
     assert!(says(&report) && !says(&predicted(&load(BASE, &MOVING))));
 }
 

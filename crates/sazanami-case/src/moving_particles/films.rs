@@ -22,7 +22,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     if case.solver == Solver::Mics {
         cx.report
             .error(place, "a film between grains is for `solver = \"mps\"`")
-            .label("on a grid the cells resolve part of what the film does")
+            .label("on a grid the cells resolve part of the lubrication already")
             .help("leave out `film_roughness`");
         return;
     }

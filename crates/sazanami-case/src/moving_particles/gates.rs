@@ -1,7 +1,7 @@
 //! Checks of gates against the other tables of a case.
 
 use sazanami_mps::gates::{self, MOST_GATES};
-use sazanami_mps::scheme::Projection;
+use sazanami_mps::scheme::ParticleProjection;
 use sazanami_numerics::Real;
 
 use crate::case::Case;
@@ -22,12 +22,12 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
         return;
     }
     let Some(particles) = &case.particles else { return };
-    if particles.projection == Projection::Enhanced {
+    if particles.projection == ParticleProjection::Enhanced {
         let forced = ["particles.projection", "preset"];
         let place = forced.into_iter().find_map(|key| cx.places.of(key)).unwrap_or(span.clone());
         cx.report
             .error(place, "gates are for `projection = \"conjugate\"`")
-            .label("walls of this one are layers of particles, for which a plate has no room")
+            .label("the published scheme has walls of several layers of particles: a thin plate cannot be one")
             .help("write `projection = \"conjugate\"`, and leave out keys of the other; or leave out `[[gate]]`");
     }
     if case.walls_move() {
@@ -43,8 +43,8 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     let direction = first.direction();
     if case.boundary[direction][0] == BoundarySide::Periodic {
         cx.report
-            .error(span, format!("`{}` parts nothing: x{} is periodic", first.name, direction + 1))
-            .label("water on its two sides is one")
+            .error(span, format!("the gate `{}` separates nothing: x{} is periodic", first.name, direction + 1))
+            .label("water flows round it through the periodic sides")
             .help(format!("make the sides of x{} walls", direction + 1));
     }
     let [floor, top] = case.boundary[2];
@@ -75,7 +75,9 @@ fn check_places(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
                 .help(format!("write `x{} = \"{nearest} mm\"`", gate.direction() + 1));
         }
         if case.gates[..n].iter().any(|other| other.name == gate.name) {
-            cx.report.error(span, format!("two gates are called `{}`", gate.name)).label("messages name them");
+            cx.report
+                .error(span, format!("two gates are called `{}`", gate.name))
+                .label("messages refer to gates by name");
         }
     }
 }

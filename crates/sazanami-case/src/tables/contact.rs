@@ -55,7 +55,7 @@ impl Keys for Materials {
             if name == WALL || name == "default" || name.contains('/') {
                 cx.report
                     .error(span, format!("a material cannot be called `{name}`"))
-                    .label("this name means something else in contacts")
+                    .label("this name is reserved in `[contact]`")
                     .help("choose another name");
             }
             materials.extend(Material::read(&at, cx));

@@ -56,8 +56,8 @@ impl Drive {
         }
         if self.mean_velocity == Some(Vector::ZERO) && self.acts_by == ActsBy::Mass {
             cx.report
-                .error(table.place("acts_by"), "no net flow is held by a force by mass")
-                .label("it would take the weight of grains and water alike, and nothing would settle")
+                .error(table.place("acts_by"), "a net flow of zero cannot be held by a force per mass")
+                .label("it would balance the weight of grains and water alike, and nothing would settle")
                 .help("leave out `acts_by`: the gradient of the pressure holds it");
         }
         let given = [
@@ -69,8 +69,8 @@ impl Drive {
             && let Some((key, _)) = given.into_iter().find(|(key, differs)| *differs && table.has(key))
         {
             cx.report
-                .warning(Some(table.place(key)), format!("`{key}` does nothing without `mean_velocity`"))
-                .label("it says how a mean velocity is held")
+                .warning(Some(table.place(key)), format!("`{key}` has no effect without `mean_velocity`"))
+                .label("it is a parameter of `mean_velocity`")
                 .help("add `mean_velocity`, or leave this out");
         }
     }

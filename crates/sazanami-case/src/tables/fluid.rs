@@ -20,8 +20,8 @@ const LONGEST: Real = 1e-3;
 const LIMITS: StepLimits = StepLimits::up_to(LONGEST);
 
 choices! {
-    /// Projection onto divergence-free velocities.
-    pub enum Projection {
+    /// Form of the pressure in the projection onto divergence-free velocities.
+    pub enum PressureForm {
         /// The whole pressure every step.
         Full = "full",
         /// The pressure's increment (single-phase flow, second order in time).
@@ -180,9 +180,9 @@ pub struct FluidOptions {
     #[key(word, default)]
     pub limiter: Limiter,
     /// Projection onto divergence-free velocities.
-    #[key(word, default = Projection::Full, paper_literal = (Yagyu, Projection::Incremental,
+    #[key(word, default = PressureForm::Full, paper_literal = (Yagyu, PressureForm::Incremental,
           "C-ISMAC, the authors' solver, advances the pressure's increment"))]
-    pub projection: Projection,
+    pub projection: PressureForm,
     /// Treatment of viscosity.
     #[key(word, default = suited_to(projection), says = "`auto`; `crank_nicolson` with `projection = \"incremental\"`")]
     pub viscosity: ViscosityScheme,
@@ -199,6 +199,9 @@ pub struct FluidOptions {
     /// Iterations after which a solve of the pressure is given up (exit code 1).
     #[key(least = 1, default = Tolerance::default().max_iterations)]
     pub pressure_iterations: usize,
+    /// Surface tension of liquid and gas on the grid (`solver = "mics"`); walls are met at 90 degrees.
+    #[key(unit = "N/m", range = NonNegative, says = "none")]
+    pub surface_tension: Option<Real>,
     /// Velocity at the start on the grid (`solver = "mics"`), on top of that of the liquids; the pressure takes out its
     /// divergence.
     #[key(table)]
@@ -215,10 +218,10 @@ pub struct FluidOptions {
     pub gas: Fluid,
 }
 
-fn suited_to(projection: Projection) -> ViscosityScheme {
+fn suited_to(projection: PressureForm) -> ViscosityScheme {
     match projection {
-        Projection::Full => ViscosityScheme::Auto,
-        Projection::Incremental => ViscosityScheme::CrankNicolson,
+        PressureForm::Full => ViscosityScheme::Auto,
+        PressureForm::Incremental => ViscosityScheme::CrankNicolson,
     }
 }
 

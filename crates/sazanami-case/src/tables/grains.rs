@@ -174,8 +174,8 @@ impl PopulationKeys {
         };
         if moves {
             cx.report
-                .error(table.place("release"), "grains that are held have no velocity")
-                .label("they are at rest until this time, and begin from rest")
+                .error(table.place("release"), "grains that are held until `release` have no initial velocity")
+                .label("they are held at rest until this time")
                 .help("leave out `velocity` and `angular_velocity`, or `release`");
         }
         let listed = match &self.placement {
@@ -307,7 +307,7 @@ pub(crate) fn check_names(populations: &[Population], cx: &mut Context<'_>) {
         let span = cx.places.near(&format!("grains.{}", populations.len() - 1)).unwrap_or(0..0);
         cx.report
             .error(span, format!("two populations are called `{}`", twice[0]))
-            .label("names tell populations apart in results")
+            .label("results refer to populations by name")
             .help("give each a `name` of its own");
     }
 }

@@ -172,7 +172,12 @@ impl LiquidKeys {
             (lower.z, upper.z) = (domain.lower.z, domain.lower.z);
         }
         let misses = lower.cmpge(domain.upper).any() || upper.cmplt(domain.lower).any();
-        let reaches_over = lower.cmplt(domain.lower).any() || upper.cmpgt(domain.upper).any();
+        // A middle on a side is meant: half of the shape beside a plane of symmetry.
+        let middle = 0.5 * (lower + upper);
+        let reaches_over = (0..3).any(|d| {
+            let is_apart = |side: Vector| (middle[d] - side[d]).abs() > 1e-9 * domain.extent()[d];
+            lower[d] < domain.lower[d] && is_apart(domain.lower) || upper[d] > domain.upper[d] && is_apart(domain.upper)
+        });
         if misses {
             cx.report
                 .error(table.place("region"), format!("`{}` lies outside the box", self.name))

@@ -2,7 +2,7 @@
 
 use sazanami_case_derive::Keys;
 use sazanami_mps::pressure::Tolerance;
-use sazanami_mps::scheme::{CONJUGATE_RADIUS, ENHANCED_RADIUS, Projection};
+use sazanami_mps::scheme::{CONJUGATE_RADIUS, ENHANCED_RADIUS, ParticleProjection};
 use sazanami_mps::stability::StepLimits;
 use sazanami_numerics::Real;
 
@@ -19,9 +19,9 @@ pub struct Particles {
     #[key(unit = "m", range = Positive, example = "1 mm")]
     pub spacing: Real,
     /// Projection of the velocities to zero divergence; see docs/decisions/0018-scheme-of-moving-particles.md.
-    #[key(word, default = Projection::Conjugate,
-          paper_literal = (Tazaki, Projection::Enhanced, "MPS-HS-HL-ECS-GC-DS is theirs"))]
-    pub projection: Projection,
+    #[key(word, default = ParticleProjection::Conjugate,
+          paper_literal = (Tazaki, ParticleProjection::Enhanced, "MPS-HS-HL-ECS-GC-DS is theirs"))]
+    pub projection: ParticleProjection,
     /// Radius of influence r_e over the spacing; 2.6 at least with `conjugate`.
     #[key(range = Between(RADII[0], RADII[1]), default = suited_radius(projection),
           says = "2.6; 3.1 with `enhanced`")]
@@ -44,9 +44,9 @@ pub struct Particles {
     pub pressure_iterations: usize,
 }
 
-fn suited_radius(projection: Projection) -> Real {
+fn suited_radius(projection: ParticleProjection) -> Real {
     match projection {
-        Projection::Enhanced => ENHANCED_RADIUS,
-        Projection::Conjugate => CONJUGATE_RADIUS,
+        ParticleProjection::Enhanced => ENHANCED_RADIUS,
+        ParticleProjection::Conjugate => CONJUGATE_RADIUS,
     }
 }

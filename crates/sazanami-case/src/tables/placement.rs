@@ -122,7 +122,7 @@ impl Packing {
             None => {
                 cx.report
                     .error(table.place("ripples"), "a bed that is not levelled has no ripples")
-                    .label("they are a change of `level` along x1")
+                    .label("ripples vary `level` along x1")
                     .help("add `level = \"7 mm\"`, the mean height of the bed");
             }
             Some(level) if 0.5 * ripples.height >= level => {

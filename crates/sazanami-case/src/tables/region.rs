@@ -1,9 +1,29 @@
 //! `region` of `[[liquid]]`: shapes made of primitives.
 
 use sazanami_case_derive::Keys;
-use sazanami_numerics::{Quaternion, Real, Vector, geometry};
+use sazanami_numerics::{Quaternion, Real, Vector, choices, geometry};
 
 use crate::read::{At, Context};
+
+choices! {
+    /// A direction of the grid.
+    pub enum Direction {
+        /// Along x1.
+        X1 = "x1",
+        /// Along x2.
+        X2 = "x2",
+        /// Along x3.
+        X3 = "x3",
+    }
+}
+
+impl Direction {
+    /// Its number, from 0.
+    #[must_use]
+    pub fn index(self) -> usize {
+        self as usize
+    }
+}
 
 /// A body of liquid (or a bubble), about its origin.
 #[derive(Clone, Debug, PartialEq, Keys)]
@@ -47,6 +67,42 @@ pub enum Region {
         #[key(default = Vector::Z, says = "up")]
         normal: Vector,
     },
+    /// A cylinder without ends: a disc in a slice of the grid, or a jet.
+    Cylinder {
+        /// A point of the axis; its radius is largest there if it has a wave.
+        #[key(unit = "m", default = Vector::ZERO, says = "the shape's origin")]
+        centre: Vector,
+        /// Direction of the axis.
+        #[key(word, default = Direction::X2)]
+        axis: Direction,
+        /// Diameters along the other two directions, that of lower number first.
+        #[key(unit = "m", range = Positive)]
+        diameters: [Real; 2],
+        /// What the radius is larger by at a crest of a cosine along the axis.
+        #[key(unit = "m", range = NonNegative, default = 0.0)]
+        amplitude: Real,
+        /// Distance between crests; needed with an amplitude.
+        #[key(unit = "m", range = Positive, default = 1.0)]
+        wavelength: Real,
+    },
+    /// All below a surface that is a cosine.
+    Wavy {
+        /// A point of a crest.
+        #[key(unit = "m", default = Vector::ZERO, says = "the shape's origin")]
+        crest: Vector,
+        /// Direction out of the region.
+        #[key(word, default = Direction::X3)]
+        up: Direction,
+        /// Direction of the wave.
+        #[key(word, default = Direction::X1)]
+        along: Direction,
+        /// Height of a crest above the mean.
+        #[key(unit = "m", range = NonNegative)]
+        amplitude: Real,
+        /// Distance between crests.
+        #[key(unit = "m", range = Positive)]
+        wavelength: Real,
+    },
     /// Whatever one of several regions holds.
     Union(Vec<Region>),
 }
@@ -63,6 +119,7 @@ impl Region {
                 ((x - centre) / scale).length() <= 1.0
             }
             Self::HalfSpace { point, normal } => (x - point).dot(*normal) <= 0.0,
+            Self::Cylinder { .. } | Self::Wavy { .. } => self.geometry().contains(x),
             Self::Union(regions) => regions.iter().any(|region| region.contains(x)),
         }
     }
@@ -79,6 +136,20 @@ impl Region {
                 vertical_diameter: *vertical_diameter,
             },
             Self::HalfSpace { point, normal } => Self::HalfSpace { point: *point + shift, normal: *normal },
+            Self::Cylinder { centre, axis, diameters, amplitude, wavelength } => Self::Cylinder {
+                centre: *centre + shift,
+                axis: *axis,
+                diameters: *diameters,
+                amplitude: *amplitude,
+                wavelength: *wavelength,
+            },
+            Self::Wavy { crest, up, along, amplitude, wavelength } => Self::Wavy {
+                crest: *crest + shift,
+                up: *up,
+                along: *along,
+                amplitude: *amplitude,
+                wavelength: *wavelength,
+            },
             Self::Union(regions) => Self::Union(regions.iter().map(|region| region.moved(shift)).collect()),
         }
     }
@@ -98,6 +169,10 @@ impl Region {
                     if level && normal.z < 0.0 { point.z } else { Real::NEG_INFINITY },
                     if level && normal.z > 0.0 { point.z } else { Real::INFINITY },
                 ]
+            }
+            Self::Cylinder { .. } | Self::Wavy { .. } => {
+                let (lower, upper) = self.geometry().bounds();
+                [lower.z, upper.z]
             }
             Self::Union(regions) => regions
                 .iter()
@@ -119,7 +194,7 @@ impl Region {
             Self::Spheroid { horizontal_diameter, vertical_diameter, .. } => {
                 Some(sixth * horizontal_diameter.powi(2) * vertical_diameter)
             }
-            Self::HalfSpace { .. } | Self::Union(_) => None,
+            Self::HalfSpace { .. } | Self::Cylinder { .. } | Self::Wavy { .. } | Self::Union(_) => None,
         }
     }
 
@@ -140,10 +215,22 @@ impl Region {
                     *normal = normal.normalize_or_zero();
                 }
             }
+            Self::Wavy { up, along, .. } if up == along => {
+                cx.report
+                    .error(at.span.clone(), "a wave runs along its surface")
+                    .label("`up` and `along` are the same direction")
+                    .help("give another one of the two");
+            }
+            Self::Cylinder { diameters, amplitude, .. } if 2.0 * *amplitude >= diameters[0].min(diameters[1]) => {
+                cx.report
+                    .error(at.span.clone(), "this cylinder has no radius left between the crests")
+                    .label("`amplitude` is at least half of a diameter")
+                    .help("give a smaller amplitude");
+            }
             Self::Union(parts) => {
                 if parts.is_empty() {
                     cx.report
-                        .error(at.span.clone(), "a union of nothing holds nothing")
+                        .error(at.span.clone(), "a union needs at least one shape")
                         .label("expected a list of shapes");
                 }
                 parts.iter_mut().for_each(|part| part.check(at, cx));
@@ -165,7 +252,7 @@ impl Region {
                 let half = Vector::new(*horizontal_diameter, *horizontal_diameter, *vertical_diameter) * 0.5;
                 Some((*centre - half, *centre + half))
             }
-            Self::HalfSpace { .. } => None,
+            Self::HalfSpace { .. } | Self::Cylinder { .. } | Self::Wavy { .. } => None,
             Self::Union(parts) => {
                 let mut all = parts.iter().map(Self::bounds);
                 let first = all.next()??;
@@ -186,6 +273,20 @@ impl Region {
                 orientation: Quaternion::IDENTITY,
             },
             Self::HalfSpace { point, normal } => geometry::Region::HalfSpace { point: *point, normal: *normal },
+            Self::Cylinder { centre, axis, diameters, amplitude, wavelength } => {
+                let axis = axis.index();
+                // In cyclic order the direction of lower number comes last about x2.
+                let [a, b] = diameters.map(|diameter| 0.5 * diameter);
+                let semi_axes = if axis == 1 { [b, a] } else { [a, b] };
+                let wave = geometry::Wave { amplitude: *amplitude, length: *wavelength };
+                geometry::Region::Cylinder { centre: *centre, axis, semi_axes, wave }
+            }
+            Self::Wavy { crest, up, along, amplitude, wavelength } => geometry::Region::Wavy {
+                crest: *crest,
+                up: up.index(),
+                along: along.index(),
+                wave: geometry::Wave { amplitude: *amplitude, length: *wavelength },
+            },
             Self::Union(members) => geometry::Region::Union(members.iter().map(Self::geometry).collect()),
         }
     }

@@ -6,7 +6,6 @@ use std::path::PathBuf;
 use sazanami_case_derive::Keys;
 use sazanami_io::MeasuredProfile;
 use sazanami_numerics::{Real, Vector, choices};
-use sazanami_observe::ripples::ViewedSide;
 
 use super::observed::{first_size, range_of_grain_size};
 use crate::read::{Context, Table};
@@ -54,9 +53,6 @@ pub struct Ripples {
     #[key(unit = "m", within = Between(0.0, WIDEST_MARGIN * cx.known.domain.extent().x),
           default = MARGIN.min(0.25 * cx.known.domain.extent().x), says = "10 mm, at most a quarter of the length")]
     pub margin: Real,
-    /// Side of the tank that photographs are taken from.
-    #[key(word, default)]
-    pub image_side: ViewedSide,
     /// Speed at the upper end of the colours of grains by speed.
     #[key(unit = "m/s", range = Positive, default = 0.1)]
     pub colour_speed: Real,

@@ -1,4 +1,4 @@
-//! `sazanami analyse`: observables, tables and figures from what runs wrote.
+//! `sazanami analyse`: observables, tables and pictures from what runs wrote.
 
 use std::path::PathBuf;
 
@@ -8,12 +8,13 @@ use sazanami::error::{CommandError, exit};
 use sazanami_picture::Painter;
 
 use crate::terminal::Screen;
+use crate::words;
 
-/// Recompute observables, tables and figures from results, or compare several.
+/// Recompute observables, tables and pictures from results, or compare several.
 #[derive(Debug, Args)]
 #[command(
-    long_about = "Recompute observables, tables and figures from what one run wrote, or compare several runs (crater \
-                  volume against momentum; growth and profiles of ripples). A crater is evaluated again from the newest \
+    long_about = "Recompute observables, tables and pictures from what one run wrote, or compare several runs (crater \
+                  volume against momentum; mound, ripples and growth). Charts are drawn by `sazanami report`. A crater is evaluated again from the newest \
                   checkpoint, ripples from the tables of their run; --set changes how, and what is then found goes into \
                   DIR/analysis.",
     after_help = "Example:\n  sazanami analyse runs/drop-20 --set erosion.dr=\"1 mm\"\n  \
@@ -26,9 +27,9 @@ pub struct Analyse {
     dirs: Vec<PathBuf>,
     /// Evaluate one run with another value (repeatable): craters of a key under `erosion` or `bed`, ripples of
     /// `ripples.margin`, `ripples.grain_size` or under `ripples.measured`
-    #[arg(long = "set", value_name = "PATH=VALUE")]
+    #[arg(long = "set", value_name = "PATH=VALUE", value_parser = words::OVERRIDE, hide_possible_values = true)]
     overrides: Vec<String>,
-    /// Folder for the table and the figures of a comparison [default: the current one]
+    /// Folder for the table of a comparison [default: the current one]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }

@@ -9,6 +9,7 @@ use sazanami_parallel::Processes;
 use super::print_json;
 use super::run::of_this_program;
 use crate::terminal::Screen;
+use crate::words;
 
 /// Name of the record of loops among the benchmarks.
 const SCALING: &str = "scaling";
@@ -23,7 +24,7 @@ const SCALING: &str = "scaling";
 )]
 pub struct Bench {
     /// Benchmarks (default: all)
-    #[arg(value_name = "NAME")]
+    #[arg(value_name = "NAME", value_parser = words::BENCH, hide_possible_values = true)]
     names: Vec<String>,
     /// List the benchmarks and do nothing else
     #[arg(long)]

@@ -12,6 +12,7 @@ use serde_json::json;
 
 use super::print_json;
 use crate::terminal::Screen;
+use crate::words;
 
 /// Read, validate and explain a case without running it.
 #[derive(Debug, Args)]
@@ -25,12 +26,13 @@ pub struct Check {
     /// Case file
     case: PathBuf,
     /// Lay a value over the case file (repeatable)
-    #[arg(long = "set", value_name = "PATH=VALUE")]
+    #[arg(long = "set", value_name = "PATH=VALUE", value_parser = words::OVERRIDE, hide_possible_values = true)]
     overrides: Vec<String>,
-    /// Predict the cost on so many threads (default: all)
+    /// Predict the cost on so many threads (default: all); with --ranks, of each rank
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
-    /// Show how it is shared among so many ranks: parts, their imbalance, levels of multigrid, memory of a rank
+    /// Show how it is shared among so many ranks: parts, balance of cells and grains, time, memory of a rank, levels of
+    /// multigrid, and how many ranks can share it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     ranks: Option<u32>,
     /// Print the findings and the report as JSON

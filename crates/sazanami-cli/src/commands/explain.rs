@@ -4,6 +4,8 @@ use clap::Args;
 use sazanami::case::{Explained, explain};
 use sazanami::error::{CommandError, exit};
 
+use crate::words;
+
 /// Explain a key of case files: meaning, unit, range, defaults
 #[derive(Debug, Args)]
 #[command(
@@ -13,6 +15,7 @@ use sazanami::error::{CommandError, exit};
 )]
 pub struct Explain {
     /// Path of the key, such as fluid.vof, or its name alone
+    #[arg(value_parser = words::KEY, hide_possible_values = true)]
     key: Option<String>,
 }
 

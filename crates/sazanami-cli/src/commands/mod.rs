@@ -8,6 +8,7 @@ mod check;
 mod completions;
 mod doctor;
 mod explain;
+mod man;
 mod new;
 mod report;
 mod resume;
@@ -37,6 +38,7 @@ pub enum Command {
     Bench(bench::Bench),
     Doctor(doctor::Doctor),
     Completions(completions::Completions),
+    Man(man::Man),
 }
 
 impl Command {
@@ -62,6 +64,7 @@ impl Command {
             Self::Bench(command) => command.execute(processes),
             Self::Doctor(command) => command.execute(),
             Self::Completions(command) => command.execute(),
+            Self::Man(command) => command.execute(),
         }
     }
 }

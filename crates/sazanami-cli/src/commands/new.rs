@@ -9,6 +9,8 @@ use sazanami::case::json_schema;
 use sazanami::error::{CommandError, exit};
 use sazanami::templates::{TEMPLATES, template};
 
+use crate::words;
+
 /// List the templates, or write a commented case of one kind into DIR.
 #[derive(Debug, Args)]
 #[command(
@@ -18,7 +20,7 @@ use sazanami::templates::{TEMPLATES, template};
 )]
 pub struct New {
     /// Template; without one, the templates are listed
-    #[arg(requires = "dir")]
+    #[arg(requires = "dir", value_parser = words::TEMPLATE, hide_possible_values = true)]
     template: Option<String>,
     /// Folder to write into; made if it is missing
     dir: Option<PathBuf>,

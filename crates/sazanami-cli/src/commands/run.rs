@@ -11,6 +11,7 @@ use sazanami_picture::Painter;
 
 use super::time;
 use crate::terminal::{self, Screen};
+use crate::words;
 
 /// Run a case.
 #[derive(Debug, Args)]
@@ -31,7 +32,7 @@ pub struct Run {
     #[arg(long)]
     force: bool,
     /// Lay a value over the case file (repeatable)
-    #[arg(long = "set", value_name = "PATH=VALUE")]
+    #[arg(long = "set", value_name = "PATH=VALUE", value_parser = words::OVERRIDE, hide_possible_values = true)]
     overrides: Vec<String>,
     #[command(flatten)]
     extent: Extent,

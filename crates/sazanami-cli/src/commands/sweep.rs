@@ -121,7 +121,7 @@ fn list(sweep: &sazanami_sweep::Sweep, side_by_side: SideBySide) {
     );
 }
 
-/// Compares the runs that finished: lines, figures and a report in the folder of the sweep.
+/// Compares the runs that finished: lines, a table and a report in the folder of the sweep.
 fn compare(outcome: &Outcome, out: &Path, screen: &mut Screen) {
     let [first, .., _] = outcome.finished.as_slice() else { return };
     let place = out.join("comparison");

@@ -16,6 +16,7 @@ use sazanami_verification::verify::{self, Choice};
 use super::print_json;
 use super::run::of_this_program;
 use crate::terminal::Screen;
+use crate::words;
 
 /// Run cases with known results.
 #[derive(Debug, Args)]
@@ -27,7 +28,7 @@ use crate::terminal::Screen;
 )]
 pub struct Verify {
     /// Cases (default: all)
-    #[arg(value_name = "CASE")]
+    #[arg(value_name = "CASE", value_parser = words::VERIFIED, hide_possible_values = true)]
     names: Vec<String>,
     /// Add the cases that take longest
     #[arg(long)]

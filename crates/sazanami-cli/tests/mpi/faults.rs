@@ -33,7 +33,10 @@ fn wrong_launches_are_refused_with_the_reason() {
     refused("exec $S run grid.toml --out out --ranks 2", "leave out `--ranks`");
     refused("exec taskset -c 0 $S run grid.toml --out out --threads 2", "is bound to 1 processor");
     refused("OMPI_COMM_WORLD_SIZE=5 exec $S run grid.toml --out out", "a launcher of 5 processes");
-    refused("exec $S run grid.toml --out out --set domain.cells='[2, 2, 20]'", "start 1 processes or fewer");
+    refused(
+        "exec $S run grid.toml --out out --set domain.cells='[2, 2, 20]'",
+        "numbers of processes that work: 1 at most",
+    );
     refused("exec $S run missing.toml --out out", "the case file cannot be read");
     refused("exec $S run grid.toml --out /proc/none", "nothing can be written to");
     // Ranks that were started differently, or see another case file.

@@ -30,6 +30,9 @@ fn columns_are_read_by_name() {
         assert_eq!(readings.declared_number("pixel_size_m").expect("a number"), Some(1.5e-4));
         assert_eq!((readings.declared("A"), readings.declared_number("x0").expect("nothing")), (None, None));
     }
+    let quoted =
+        "\"x_m\",\"note\", \"z_m\"\n\"-0.02\",\"a, b\",\"0.0101\"\n0,\"\"\"c\"\"\",9.8e-3\n\"0.02\",,\"0.0103\"\n";
+    assert_eq!(parse(quoted).expect("quoted fields").points(), [[-0.02, 0.0101], [0.0, 9.8e-3], [0.02, 0.0103]]);
     let turned = Readings::parse(Path::new("t"), b"z_m,x_m\n5,1\n4,2\n", &["x_m", "z_m"], 2).expect("a good file");
     assert_eq!((turned.column(0), turned.column(1)), (&[1.0, 2.0][..], &[5.0, 4.0][..]));
     let motion = Readings::parse(Path::new("m"), b"t_s,x_m\n0,0\n0.1,-0.01\n", &["t_s", "x_m"], 2);

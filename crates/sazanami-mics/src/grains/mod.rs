@@ -155,6 +155,15 @@ impl GrainPhase {
         &self.imprint
     }
 
+    /// Solid fraction of the cells, one ghost layer filled; `None` without grains. Collective.
+    pub(crate) fn filled_fraction(&mut self, domain: &Domain) -> Option<&[Real]> {
+        if self.is_empty() {
+            return None;
+        }
+        self.imprint.fill_halos(domain);
+        Some(self.imprint.solid_fraction.data())
+    }
+
     /// Force of the fluid on each owned grain in the last step, deferred impulse included \[N].
     #[must_use]
     pub fn fluid_forces(&self) -> &[Vector] {

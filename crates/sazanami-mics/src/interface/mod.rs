@@ -20,7 +20,7 @@ use sazanami_numerics::Real;
 use sazanami_numerics::choices;
 
 pub use normal::{mixed_normal, youngs_normal};
-pub use plic::{Plane, plane_constant, volume_below};
+pub use plic::{Facet, Plane, plane_constant, volume_below};
 pub use residue::ResidueReport;
 pub(crate) use residue::{Collector, RESIDUE, View};
 

@@ -4,7 +4,7 @@
 //! `alpha` and the liquid volume are those of Scardovelli and Zaleski (2000), J. Comput. Phys. 164,
 //! written such that no term cancels when a component of `m` is tiny.
 
-use sazanami_numerics::Real;
+use sazanami_numerics::{Real, Vector};
 
 use super::{Neighbourhood, mixed_normal};
 
@@ -113,6 +113,60 @@ impl Plane {
         m[direction] *= width;
         courant * volume_below(m, self.constant - offset)
     }
+
+    /// The piece of the plane in a cell with these edges \[m]; `None` if the plane only touches the cell.
+    #[must_use]
+    pub fn facet(&self, edges: Vector) -> Option<Facet> {
+        let m = self.normal.map(Real::abs);
+        let mut corners = [Vector::ZERO; 6];
+        let mut count = 0;
+        for edge in 0..12 {
+            let d = edge / 4;
+            let (e, f) = ((d + 1) % 3, (d + 2) % 3);
+            let mut corner = Vector::ZERO;
+            (corner[e], corner[f]) = (Real::from(edge as u8 & 1), Real::from(edge as u8 >> 1 & 1));
+            let below = self.constant - m[e] * corner[e] - m[f] * corner[f];
+            // From one end of the edge to the other the plane is crossed once, or not.
+            if count < 6 && (0.0 <= below) != (m[d] <= below) {
+                corner[d] = below / m[d];
+                corners[count] = corner;
+                count += 1;
+            }
+        }
+        let corners = &mut corners[..count];
+        if count < 3 {
+            return None;
+        }
+        for corner in &mut *corners {
+            for d in 0..3 {
+                corner[d] = edges[d] * if self.normal[d] < 0.0 { 1.0 - corner[d] } else { corner[d] };
+            }
+        }
+        let normal = (Vector::from_array(self.normal) / edges).normalize();
+        let middle = corners.iter().sum::<Vector>() / count as Real;
+        let (along, across) = normal.any_orthonormal_pair();
+        let angle = |p: &Vector| (across.dot(*p - middle)).atan2(along.dot(*p - middle));
+        corners.sort_unstable_by(|p, q| angle(p).total_cmp(&angle(q)));
+        let (mut area, mut moment) = (0.0, Vector::ZERO);
+        for n in 0..count {
+            let (p, q) = (corners[n], corners[(n + 1) % count]);
+            let part = 0.5 * normal.dot((p - middle).cross(q - middle));
+            area += part;
+            moment += part * (middle + p + q) / 3.0;
+        }
+        (area > 0.0).then(|| Facet { area, centre: moment / area, normal })
+    }
+}
+
+/// A piece of the interface in a cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Facet {
+    /// Its area [m^2].
+    pub area: Real,
+    /// Its centre of area, from the lower corner of the cell \[m].
+    pub centre: Vector,
+    /// Unit normal out of the liquid.
+    pub normal: Vector,
 }
 
 #[cfg(test)]
@@ -157,6 +211,28 @@ mod tests {
                     .count();
                 let sampled = below as Real / (n * n * n) as Real;
                 assert!((volume_below(m, alpha) - sampled).abs() < 4e-3, "{m:?} {alpha}");
+            }
+        }
+    }
+
+    #[test]
+    fn facets_have_the_area_by_which_the_volume_grows() {
+        let edges = Vector::new(1.0, 2.0, 0.5);
+        for m in [[0.2, -0.5, 0.3], [-0.1, -0.1, -0.8], [0.0, 1.0, 0.0], [0.6, 0.4, 0.0], [-0.34, 0.33, 0.33]] {
+            for volume in [0.01, 0.2, 0.5, 0.7, 0.99] {
+                let positive = m.map(Real::abs);
+                let constant = plane_constant(positive, volume);
+                let facet = Plane { normal: m, constant }.facet(edges).unwrap();
+                // dV = A ds with the plane moved by ds = d(constant) / |grad|.
+                let grad = (Vector::from_array(positive) / edges).length();
+                let step = 1e-6;
+                let grown = volume_below(positive, constant + step) - volume_below(positive, constant - step);
+                let expected = grown / (2.0 * step) * grad * edges.element_product();
+                assert!((facet.area / expected - 1.0).abs() < 1e-5, "{m:?} {volume}: {facet:?} {expected}");
+                let place = facet.centre / edges;
+                let mirrored = [0, 1, 2].map(|d| if m[d] < 0.0 { 1.0 - place[d] } else { place[d] });
+                let on_plane: Real = (0..3).map(|d| positive[d] * mirrored[d]).sum();
+                assert!((on_plane - constant).abs() < 1e-14);
             }
         }
     }

@@ -91,6 +91,7 @@ impl StepReport {
     fn book_sides(&mut self) {
         let Self { transport, diffusion, pressure, contacts, impulses, .. } = self;
         impulses.walls_on_fluid += diffusion.wall_impulse + pressure.wall_impulse;
+        impulses.surface_tension += pressure.surface_tension.impulse;
         impulses.walls_on_grains -= contacts.impulse_on_walls;
         impulses.open_sides += transport.momentum_through;
         impulses.open_sides += transport.residue.clipped_momentum + transport.settled.clipped_momentum;
@@ -127,13 +128,13 @@ impl<'a> FluidPass<'a> {
         let half = if self.settings.incremental { 0.5 * dt } else { 0.0 };
         projection.add_gradient(domain, &flow.density, &mut flow.velocity, -half);
         if let Some(acceleration) = &mut self.acceleration {
-            acceleration.keep(domain, projection.pressure(), &flow.density, self.now.gravity);
+            acceleration.keep(domain, projection, &flow.density, self.now.gravity);
         }
         let beside = self.room.as_deref_mut().map(|room| (room, grains.covered()));
         report.transport += flow.transport_beside(domain, boundary, dt, beside, Some(projection.outside()));
         projection.add_gradient(domain, &flow.density, &mut flow.velocity, half);
         if let Some(acceleration) = &mut self.acceleration {
-            acceleration.carry(domain, projection.pressure(), &flow.density, self.now.gravity);
+            acceleration.carry(domain, projection, &flow.density, self.now.gravity);
         }
     }
 
@@ -174,6 +175,10 @@ impl<'a> FluidPass<'a> {
             let before = before.map(|acceleration| (acceleration.kept(), gravity));
             let closing = Closing { response, before, cut: Some(&cut), ..closing };
             self.projection.close_faces(domain, boundary, closing, self.flow, dt);
+        }
+        if self.projection.tension.is_some() {
+            let solid = self.grains.filled_fraction(domain);
+            self.projection.find_jumps(domain, self.flow, solid);
         }
         let Flow { density, velocity, face_velocity, .. } = &mut *self.flow;
         let tolerance = &self.settings.tolerance;

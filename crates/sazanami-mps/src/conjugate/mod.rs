@@ -52,7 +52,7 @@ const LEAST_SURFACE: Real = 1e-3;
 
 /// Columns over particles, kept for their memory.
 #[derive(Debug, Default)]
-pub(crate) struct Columns {
+pub(crate) struct ConjugateColumns {
     pub voids: VoidColumns,
     pub pairs: Pairs,
     /// Velocities relative to the walls [m/s].
@@ -82,7 +82,7 @@ pub(crate) struct Columns {
     /// Means of `ways`.
     means: Vec<Vector>,
     /// Whether grains move with the pressure of the step.
-    pub gives_way: bool,
+    pub moves_grains: bool,
     /// Velocity changes by drag [m/s].
     pub drag: Vec<Vector>,
     roles: Vec<u8>,
@@ -92,7 +92,7 @@ pub(crate) struct Columns {
     pub new: Motion,
 }
 
-impl Columns {
+impl ConjugateColumns {
     /// `D` and `G` at the start of the step.
     pub fn operators(&self) -> Operators<'_> {
         Operators { pairs: &self.pairs, sums: &self.sums, slope: &self.slope }
@@ -105,7 +105,7 @@ impl Columns {
     }
 
     /// Pairs, moments, velocity gradients and roles at the start of the step.
-    pub fn surround(
+    pub fn sum_over_pairs(
         &mut self,
         step: &Context<'_>,
         (mirrors, widest): (&Mirrors<'_>, Real),
@@ -198,7 +198,7 @@ impl Columns {
     }
 
     /// Counts of roles and the volume strain; returns the number of pairs nearer than half a spacing.
-    pub fn report(
+    pub fn count_roles(
         &mut self,
         step: &Context<'_>,
         particles: &Particles,
@@ -236,8 +236,8 @@ impl Columns {
         exchange::add_stress(pairs, (&particles.kind, &bulk), moments, &mut self.received);
     }
 
-    /// Velocities without the pressure; returns the work of the damping \[J].
-    pub fn move_freely(
+    /// Velocities with viscosity, body force and damping, without the pressure; returns the work of the damping \[J].
+    pub fn add_viscosity_and_body_force(
         &mut self,
         step: &Context<'_>,
         tank: &Tank,
@@ -311,7 +311,7 @@ impl Columns {
     }
 
     /// Takes over the predicted velocities, drag included, and the rates of the void fraction there.
-    pub fn take_drag(
+    pub fn take_predicted_velocities(
         &mut self,
         step: &Context<'_>,
         tank: &mut Tank,
@@ -323,8 +323,8 @@ impl Columns {
         self.voids.predict(step, tank, particles, &self.new, grains)
     }
 
-    /// Velocity of a particle or ghost without the pressure of the step, after [`Self::take_drag`] [m/s].
-    pub fn unpressed(&self, step: &Context<'_>, a: usize) -> Vector {
+    /// Velocity of a particle or ghost without the pressure of the step, after [`Self::take_predicted_velocities`] [m/s].
+    pub fn velocity_without_pressure(&self, step: &Context<'_>, a: usize) -> Vector {
         self.velocity[a] + step.forcing.wall_velocity
     }
 
@@ -353,7 +353,7 @@ impl Columns {
                 *div += rate[a] + slope[a].dot(free[a] + walls - present[a]);
             }
         });
-        if self.gives_way {
+        if self.moves_grains {
             let (factor, old) = (step.dt / step.settings.fluid.density, &particles.gradient[..]);
             let ways = &mut self.ways;
             set_column(ways, particles.len(), |a| factor * (bulk.own(a) - 1.0) * old[a]);
@@ -366,18 +366,42 @@ impl Columns {
             });
         }
         let (divergence, surroundings) = (&self.divergence[..], &self.surroundings[..]);
+        let expansion = self.expansion(step, &equation.rows[..owned]);
         for_each_chunk(&mut equation.rows[..owned], ROWS, |number, rows| {
             for (row, entry) in rows.iter_mut().enumerate().filter(|(_, entry)| entry.diagonal > 0.0) {
                 let a = number * ROWS + row;
-                let wanted = expansion(step, surroundings[a].density, entry.beside_surface);
+                let wanted = expansion(surroundings[a].density, entry.beside_surface);
                 entry.right = step.settings.fluid.density / step.dt * (wanted - divergence[a]);
             }
         });
         self.still.take_from(matrix, &equation.blocks, &mut equation.rows[..owned]);
+        if self.closed {
+            let rows = &mut equation.rows[..owned];
+            self.still.press(step, &operators, (&equation.blocks, rows), &particles.kind, &mut near.ghosts);
+        }
+    }
+
+    /// Divergence that relaxes a number density [1/s]; beside the surface a low one is no error. In a closed box it is that beyond
+    /// the mean, which nothing can relax.
+    fn expansion<'a>(&self, step: &'a Context<'_>, rows: &[Row]) -> impl Fn(Real, bool) -> Real + Sync + use<'a> {
+        let sums = &step.kernel.sums;
+        let of = move |density: Real, beside_surface: bool| {
+            let strain = (density - sums.number_density) / (3.0 * sums.strain);
+            let strain = if beside_surface { strain.max(0.0) } else { strain };
+            strain / (step.settings.scheme.relaxation * step.flow_time)
+        };
+        let surroundings = &self.surroundings[..];
+        let in_row = |a: usize| {
+            let inside = rows[a].diagonal > 0.0;
+            if inside { [of(surroundings[a].density, rows[a].beside_surface), 1.0] } else { [0.0; 2] }
+        };
+        let [sum, number] = if self.closed { step.domain.sum(sum_of(rows.len(), in_row)) } else { [0.0, 1.0] };
+        let mean = sum / number.max(1.0);
+        move |density, beside_surface| of(density, beside_surface) - mean
     }
 
     /// Solves for the pressure.
-    pub fn project(
+    pub fn solve_pressure(
         &mut self,
         step: &Context<'_>,
         near: &mut Arrangement,
@@ -398,7 +422,7 @@ impl Columns {
 
     /// New velocities and positions; returns the impulse of the walls \[N s], and the kinetic energy (relative to the walls)
     /// that the pressure adds by relaxing the number density, and otherwise \[J].
-    pub fn apply_pressure(
+    pub fn correct_velocities(
         &mut self,
         step: &Context<'_>,
         particles: &mut Particles,
@@ -412,25 +436,29 @@ impl Columns {
         let (free, walls) = (&self.velocity[..], step.forcing.wall_velocity);
         let (kind, gradient) = (&kind[..], &gradient[..]);
         let factor = step.dt / step.settings.fluid.density;
+        let pressed = self.closed.then_some(&self.still.pressed[..]);
+        let pressed = |a: usize| pressed.map_or(Vector::ZERO, |pressed| pressed[a]);
         let new = (&mut self.new.velocity[..owned], &mut self.new.position[..owned]);
         for_each_chunk(new, ROWS, |number, (velocity, place)| {
             for (row, (u, x)) in velocity.iter_mut().zip(place).enumerate() {
                 let a = number * ROWS + row;
                 (*u, *x) = (present[a], position[a]);
                 if kind[a] == Kind::Fluid {
-                    *u = free[a] + walls - factor * gradient[a];
+                    *u = free[a] + walls - factor * gradient[a] + pressed(a);
                     *x += step.dt * *u;
                 }
             }
         });
         let (mass, surroundings, rows) = (step.particle_mass(), &self.surroundings[..], &equation.rows[..]);
+        let expansion = self.expansion(step, &rows[..owned]);
         let inverse_void = &self.voids.start.inverse[..];
         let sums = step.domain.sum(sum_of(owned, |a| {
             let change = -factor * gradient[a];
-            let by_walls = inverse_void[a] * change;
+            let by_walls = inverse_void[a] * change + pressed(a);
+            let change = change + pressed(a);
             let whole = change.dot(free[a] + 0.5 * change);
             let inside = rows[a].diagonal > 0.0;
-            let wanted = if inside { expansion(step, surroundings[a].density, rows[a].beside_surface) } else { 0.0 };
+            let wanted = if inside { expansion(surroundings[a].density, rows[a].beside_surface) } else { 0.0 };
             [by_walls.x, by_walls.y, by_walls.z, factor * wanted * pressure[a], whole]
         }));
         let [relaxation, whole] = [mass * sums[3], mass * sums[4]];
@@ -477,14 +505,6 @@ impl Columns {
         let [work] = step.domain.sum(sum_of(ways.len(), |a| [ways[a].dot(step.forcing.body_force)]));
         [longest, -step.particle_mass() * work]
     }
-}
-
-/// Divergence that relaxes a number `density` [1/s]; beside the surface a low one is no error.
-fn expansion(step: &Context<'_>, density: Real, beside_surface: bool) -> Real {
-    let sums = &step.kernel.sums;
-    let strain = (density - sums.number_density) / (3.0 * sums.strain);
-    let strain = if beside_surface { strain.max(0.0) } else { strain };
-    strain / (step.settings.scheme.relaxation * step.flow_time)
 }
 
 /// Gives wall particles beside fluid the pressure of the fluid that they mirror, for whoever looks at it; others have none.

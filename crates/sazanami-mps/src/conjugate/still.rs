@@ -18,6 +18,9 @@ use crate::neighbours::ROWS;
 use crate::particles::{Kind, Particles};
 use crate::reductions::{set_column, sum_of};
 
+/// Force of a pressure that is the same everywhere, times the spacing, below which an arrangement counts as a lattice.
+const LEAST_FORCE: Real = 0.01;
+
 /// Columns over particles and ghosts.
 #[derive(Debug, Default)]
 pub(crate) struct Still {
@@ -31,6 +34,9 @@ pub(crate) struct Still {
     pub gradient: Vec<Vector>,
     ways: Vec<Vector>,
     divergence: Vec<Real>,
+    one: Vec<Real>,
+    /// Velocity changes of [`Self::press`] [m/s].
+    pub pressed: Vec<Vector>,
 }
 
 impl Still {
@@ -95,6 +101,55 @@ impl Still {
                 let compact = (entry.diagonal - operators.sums[a][3]) * pressure[a] - near;
                 entry.right += (1.0 - COMPACT) * divergence[a] - COMPACT * compact;
             }
+        });
+    }
+
+    /// Takes the sum of the right sides of the `rows` of a closed box away, by the force of a pressure that is the same everywhere,
+    /// on the water alone and without its mean along periodic directions: no momentum comes from it but that of walls.
+    ///
+    /// Nothing fixes the level of that pressure, and on a lattice it has no force. Off it, its force pushes particles to where they
+    /// are sparse, and takes the smallest change of velocity that leaves no mean divergence, which other pressures cannot do: with
+    /// one all water is compressed a little, step after step, while a gap opens somewhere.
+    pub fn press(
+        &mut self,
+        step: &Context<'_>,
+        operators: &Operators<'_>,
+        (blocks, rows): (&[Block], &mut [Row]),
+        kind: &[Kind],
+        ghosts: &mut Ghosts,
+    ) {
+        let Self { one, pressed, divergence, .. } = self;
+        let owned = rows.len();
+        set_column(one, kind.len(), |a| if kind[a] == Kind::Fluid { 1.0 } else { 0.0 });
+        pressed.resize(kind.len(), Vector::ZERO);
+        operators.force(blocks, one, &mut pressed[..owned], |into, _, found| *into = found);
+        let (fluid, force) = (&one[..], &pressed[..]);
+        let [x, y, z, number] = step.domain.sum(sum_of(owned, |a| {
+            let force = fluid[a] * force[a];
+            [force.x, force.y, force.z, fluid[a]]
+        }));
+        let periodic = step.periods.length.cmpgt(Vector::ZERO);
+        let mean = Vector::select(periodic, Vector::new(x, y, z) / number.max(1.0), Vector::ZERO);
+        for_each_chunk(&mut pressed[..owned], ROWS, |number, pressed| {
+            pressed.iter_mut().zip(&fluid[number * ROWS..]).for_each(|(force, is)| *force = *is * (*force - mean));
+        });
+        ghosts.refresh(step.domain, pressed);
+        operators.divergence(blocks, pressed, true, divergence);
+        let (force, seen) = (&pressed[..], &*rows);
+        let [sum, taken, number] = step.domain.sum(sum_of(owned, |a| {
+            if seen[a].diagonal > 0.0 { [seen[a].right, force[a].length_squared(), 1.0] } else { [0.0; 3] }
+        }));
+        let least = (LEAST_FORCE / step.settings.fluid.spacing).powi(2);
+        let level = sum / (taken + number * least);
+        let divergence = &divergence[..];
+        for_each_chunk(rows, ROWS, |number, rows| {
+            for (row, entry) in rows.iter_mut().enumerate().filter(|(_, entry)| entry.diagonal > 0.0) {
+                entry.right += level * divergence[number * ROWS + row];
+            }
+        });
+        let factor = -step.dt / step.settings.fluid.density * level;
+        for_each_chunk(&mut pressed[..owned], ROWS, |_, pressed| {
+            pressed.iter_mut().for_each(|change| *change *= factor);
         });
     }
 

@@ -93,7 +93,7 @@ impl VoidColumns {
     }
 
     /// Void fractions at the start of the step.
-    pub fn begin(
+    pub fn at_start(
         &mut self,
         step: &Context<'_>,
         tank: &Tank,

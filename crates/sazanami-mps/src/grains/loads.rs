@@ -212,6 +212,14 @@ impl GrainPhase {
         }
     }
 
+    /// Where there is no water nothing is around the own grains.
+    pub(crate) fn leave_dry(&mut self) {
+        let Self { engine, around, diameter, .. } = self;
+        let (engine, owned) = (&*engine, engine.grains().owned());
+        set_column(diameter, owned, |g| diameter_of(engine, g));
+        set_column(around, owned, |_| FluidAtGrain { void_fraction: 1.0, ..FluidAtGrain::default() });
+    }
+
     /// Sets the drag rate for the first step: grains among others as they lie, in fluid at rest. All ranks take part.
     pub(crate) fn expect_drag(&mut self, domain: &Domain, tank: &Tank) {
         if self.is_empty() {

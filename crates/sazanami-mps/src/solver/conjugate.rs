@@ -1,4 +1,4 @@
-//! The step with the conjugate projection.
+//! The step with the conjugate projection, phase by phase as in `docs/theory/mps.md`.
 
 #[cfg(test)]
 mod tests;
@@ -8,118 +8,183 @@ use sazanami_numerics::{Real, Vector};
 use super::{Forcing, Phase, Solver, StepError, StepReport};
 use crate::arrangement::Arrangement;
 use crate::boundary::Tank;
-use crate::conjugate::{self, Mirrors};
+use crate::conjugate::{self, ConjugateColumns, Mirrors};
 use crate::context::Context;
 use crate::grains::{DragExchange, GrainPhase, VoidReport};
 use crate::particles::Particles;
+use crate::pressure::PressureEquation;
 use crate::report::EnergyChanges;
+use crate::walls::Walls;
 use crate::{momentum, motion};
 
 impl Solver {
-    /// The step of [`Projection::Conjugate`](crate::scheme::Projection::Conjugate).
+    /// The step of [`ParticleProjection::Conjugate`](crate::scheme::ParticleProjection::Conjugate).
     pub(super) fn step_conjugate(
         &mut self,
         dt: Real,
         forcing: &Forcing,
         mut watch: impl FnMut(Phase),
     ) -> Result<StepReport, StepError> {
-        let Self {
-            domain,
-            periods,
-            settings,
-            kernel,
-            tank,
-            particles,
-            walls,
-            near,
-            equation,
-            grains,
-            conjugate: columns,
-            ..
-        } = self;
-        let (surface, reduced_force) = (self.surface, Vector::ZERO);
-        let step = Context { domain, periods, settings, kernel, surface, forcing, reduced_force, dt, flow_time: dt };
-        let mut report = StepReport::default();
+        let mut step = ConjugateStep::of(self, dt, forcing);
 
         watch(Phase::Neighbours);
-        walls.begin_step(&step, tank, particles);
-        let mirrors = Mirrors::of(tank);
-        grains.begin_step(&step, &tank.gates)?;
-        let fastest = motion::largest_speed(domain, particles, |_| true).max(grains.largest_speed(domain));
-        let widest = grains.widest_size();
-        near.renew(&step, particles, (fastest, grains.drag_rate()), widest, &mut columns.voids.start);
-        // Damping and relaxation are parts of a step, however long it is.
-        let flow_time = motion::flow_time(&Context { dt: 0.0, ..step }, particles);
-        let step = &Context { flow_time, ..step };
-        equation.resize(particles.owned);
-
+        step.find_neighbours()?;
         watch(Phase::Coupling);
-        let voids_now = columns.voids.begin(step, tank, particles, near, grains);
+        step.set_void_fractions();
         watch(Phase::Fluid);
-        columns.surround(step, (&mirrors, widest), near, particles, equation);
-        report.collisions = columns.report(step, particles, equation, &mut report);
-        report.stabilisation_work = columns.move_freely(step, tank, near, particles, equation);
-        report.impulses = columns.impulses(step, particles);
-
-        columns.gives_way = grains.is_active();
-        if !grains.is_empty() {
-            let voids_then = advance_grains(step, tank, (particles, near), grains, columns, &mut report, &mut watch)?;
-            report.coupling.set_voids([voids_now, voids_then]);
-        }
-
-        watch(Phase::Pressure);
-        columns.set_right_side(step, particles, near, equation);
-        report.pressure = columns.project(step, near, particles, equation)?;
-        let (impulse, [relaxation, projection]) = columns.apply_pressure(step, particles, equation);
-        report.impulses.wall_pressure = impulse;
-        conjugate::set_wall_pressures(step, tank, near, particles, &mut columns.divergence);
-
-        if !grains.is_empty() {
+        step.sum_over_pairs();
+        step.add_viscosity_and_body_force();
+        if !step.grains.is_empty() {
             watch(Phase::Coupling);
-            columns.new.refresh(domain, &mut near.ghosts);
-            let (inverse_void, ghosts) = (&columns.voids.start.inverse, &mut near.ghosts);
-            let motion = (&columns.new, |a: usize| columns.unpressed(step, a));
-            grains.correct_pressure_force(step, particles, motion, inverse_void, ghosts, &mut report.coupling);
+            step.interpolate_fluid_at_grains();
+            watch(Phase::Grains);
+            step.advance_grains()?;
+            watch(Phase::Coupling);
+            step.return_drag_to_fluid();
         }
-
+        watch(Phase::Pressure);
+        step.solve_pressure()?;
+        step.correct_velocities();
+        if !step.grains.is_empty() {
+            watch(Phase::Coupling);
+            step.correct_pressure_force_on_grains();
+        }
         watch(Phase::Fluid);
-        let [longest, shifting] = columns.shift(step, &mut near.ghosts, particles, equation);
-        report.largest_shift = longest;
-        report.energy = EnergyChanges { projection, relaxation, shifting };
-        tank.displacement = forcing.wall_displacement;
-        let before = momentum::momentum(step, particles, &columns.new.velocity);
-        report.set_clipped(motion::finalise(step, tank, &columns.new, particles)?);
-        report.impulses.contact += momentum::momentum(step, particles, &particles.velocity) - before;
-        report.largest_speed = motion::largest_speed(domain, particles, |_| true);
-        report.pairs = columns.pairs.len();
-        Ok(report)
+        step.shift_particles();
+        step.store_new_state()
     }
 }
 
-/// Grains under contacts, drag and the old pressure; the drag returned to the fluid; void fractions where both then are.
-fn advance_grains(
-    step: &Context<'_>,
-    tank: &mut Tank,
-    (particles, near): (&mut Particles, &mut Arrangement),
-    grains: &mut GrainPhase,
-    columns: &mut conjugate::Columns,
-    report: &mut StepReport,
-    watch: &mut impl FnMut(Phase),
-) -> Result<VoidReport, StepError> {
-    watch(Phase::Coupling);
-    let implicit = grains.coupling().exchange == DragExchange::Implicit;
-    if implicit {
-        columns.predict(step, particles, None, near);
+/// State that the phases of a step change one after the other, and what they report.
+struct ConjugateStep<'a> {
+    context: Context<'a>,
+    tank: &'a mut Tank,
+    particles: &'a mut Particles,
+    walls: &'a mut Walls,
+    near: &'a mut Arrangement,
+    equation: &'a mut PressureEquation,
+    grains: &'a mut GrainPhase,
+    columns: &'a mut ConjugateColumns,
+    /// Void fractions at the start of the step.
+    voids: VoidReport,
+    report: StepReport,
+}
+
+impl<'a> ConjugateStep<'a> {
+    fn of(solver: &'a mut Solver, dt: Real, forcing: &'a Forcing) -> Self {
+        let (surface, reduced_force) = (solver.surface, Vector::ZERO);
+        let Solver { domain, periods, settings, kernel, tank, particles, walls, near, equation, grains, .. } = solver;
+        let context = Context { domain, periods, settings, kernel, surface, forcing, reduced_force, dt, flow_time: dt };
+        let (columns, voids, report) = (&mut solver.conjugate, VoidReport::default(), StepReport::default());
+        columns.moves_grains = grains.is_active();
+        Self { context, tank, particles, walls, near, equation, grains, columns, voids, report }
     }
-    let velocity = implicit.then_some(&columns.new.velocity[..]);
-    let inverse_void = &columns.voids.start.inverse;
-    grains.interpolate_fluid(step, particles, velocity, inverse_void, &mut near.ghosts);
-    watch(Phase::Grains);
-    report.contacts = grains.advance(step, &mut report.coupling)?;
-    watch(Phase::Coupling);
-    let mut drag = std::mem::take(&mut columns.drag);
-    report.coupling.drag_on_fluid = grains.return_drag(step, particles, inverse_void, &mut drag);
-    columns.predict(step, particles, Some(&drag), near);
-    columns.drag = drag;
-    Ok(columns.take_drag(step, tank, particles, grains))
+
+    /// 1. Walls where they are at the start, owners, order in space, ghosts, lists of neighbours.
+    fn find_neighbours(&mut self) -> Result<(), StepError> {
+        let Self { context: step, tank, particles, walls, near, grains, columns, .. } = self;
+        walls.begin_step(step, tank, particles);
+        grains.begin_step(step, &tank.gates)?;
+        let fastest = motion::largest_speed(step.domain, particles, |_| true).max(grains.largest_speed(step.domain));
+        let rates = (fastest, grains.drag_rate());
+        near.renew(step, particles, rates, grains.widest_size(), &mut columns.voids.start);
+        // Damping and relaxation are parts of a step, however long it is.
+        step.flow_time = motion::flow_time(&Context { dt: 0.0, ..*step }, particles);
+        self.equation.resize(particles.owned);
+        Ok(())
+    }
+
+    /// 2. Void fractions at the particles.
+    fn set_void_fractions(&mut self) {
+        let Self { context: step, tank, particles, near, grains, columns, .. } = self;
+        self.voids = columns.voids.at_start(step, tank, particles, near, grains);
+    }
+
+    /// 3. Pairs, moments, velocity gradients, number density, drift and roles.
+    fn sum_over_pairs(&mut self) {
+        let Self { context: step, tank, particles, near, equation, columns, report, .. } = self;
+        columns.sum_over_pairs(step, (&Mirrors::of(tank), self.grains.widest_size()), near, particles, equation);
+        report.collisions = columns.count_roles(step, particles, equation, report);
+    }
+
+    /// 4. Velocities with viscosity, body force and the damping of what of the motion is not linear.
+    fn add_viscosity_and_body_force(&mut self) {
+        let Self { context: step, tank, particles, near, equation, columns, report, .. } = self;
+        report.stabilisation_work = columns.add_viscosity_and_body_force(step, tank, near, particles, equation);
+        report.impulses = columns.impulses(step, particles);
+    }
+
+    /// 5a. Fluid at the grains: with implicit drag as it moves without drag.
+    fn interpolate_fluid_at_grains(&mut self) {
+        let Self { context: step, particles, near, grains, columns, .. } = self;
+        let implicit = grains.coupling().exchange == DragExchange::Implicit;
+        if implicit {
+            columns.predict(step, particles, None, near);
+        }
+        let velocity = implicit.then_some(&columns.new.velocity[..]);
+        grains.interpolate_fluid(step, particles, velocity, &columns.voids.start.inverse, &mut near.ghosts);
+    }
+
+    /// 5b. Grains under contacts, drag, lift and the pressure of the step before.
+    fn advance_grains(&mut self) -> Result<(), StepError> {
+        self.report.contacts = self.grains.advance(&self.context, &mut self.report.coupling)?;
+        Ok(())
+    }
+
+    /// 5c. The reaction of the drag on the fluid, and the void fractions where grains and fluid then are.
+    fn return_drag_to_fluid(&mut self) {
+        let Self { context: step, tank, particles, near, grains, columns, report, .. } = self;
+        let mut drag = std::mem::take(&mut columns.drag);
+        report.coupling.drag_on_fluid = grains.return_drag(step, particles, &columns.voids.start.inverse, &mut drag);
+        columns.predict(step, particles, Some(&drag), near);
+        columns.drag = drag;
+        let then = columns.take_predicted_velocities(step, tank, particles, grains);
+        report.coupling.set_voids([self.voids, then]);
+    }
+
+    /// 6 to 8. Right side and pressure.
+    fn solve_pressure(&mut self) -> Result<(), StepError> {
+        let Self { context: step, particles, near, equation, columns, report, .. } = self;
+        columns.set_right_side(step, particles, near, equation);
+        report.pressure = columns.solve_pressure(step, near, particles, equation)?;
+        Ok(())
+    }
+
+    /// 9. Velocities and positions with the pressure.
+    fn correct_velocities(&mut self) {
+        let Self { context: step, tank, particles, near, equation, columns, report, .. } = self;
+        let (impulse, [relaxation, projection]) = columns.correct_velocities(step, particles, equation);
+        report.impulses.wall_pressure = impulse;
+        report.energy = EnergyChanges { projection, relaxation, ..report.energy };
+        conjugate::set_wall_pressures(step, tank, near, particles, &mut columns.divergence);
+    }
+
+    /// 9. Force of the new pressure on the grains, and their added mass.
+    fn correct_pressure_force_on_grains(&mut self) {
+        let Self { context: step, particles, near, grains, columns, report, .. } = self;
+        columns.new.refresh(step.domain, &mut near.ghosts);
+        let (inverse_void, ghosts) = (&columns.voids.start.inverse, &mut near.ghosts);
+        let motion = (&columns.new, |a: usize| columns.velocity_without_pressure(step, a));
+        grains.correct_pressure_force(step, particles, motion, inverse_void, ghosts, &mut report.coupling);
+    }
+
+    /// 10. Particles towards an even arrangement.
+    fn shift_particles(&mut self) {
+        let Self { context: step, particles, near, equation, columns, report, .. } = self;
+        let [longest, shifting] = columns.shift(step, &mut near.ghosts, particles, equation);
+        report.largest_shift = longest;
+        report.energy.shifting = shifting;
+    }
+
+    /// 11. The new state, clipped to the box and checked.
+    fn store_new_state(self) -> Result<StepReport, StepError> {
+        let Self { context: step, tank, particles, columns, mut report, .. } = self;
+        tank.displacement = step.forcing.wall_displacement;
+        let before = momentum::momentum(&step, particles, &columns.new.velocity);
+        report.set_clipped(motion::finalise(&step, tank, &columns.new, particles)?);
+        report.impulses.contact += momentum::momentum(&step, particles, &particles.velocity) - before;
+        report.largest_speed = motion::largest_speed(step.domain, particles, |_| true);
+        report.pairs = columns.pairs.len();
+        Ok(report)
+    }
 }

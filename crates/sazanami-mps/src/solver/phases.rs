@@ -2,7 +2,7 @@
 
 use sazanami_numerics::Vector;
 
-use super::{Columns, StepError, StepReport};
+use super::{PublishedColumns, StepError, StepReport};
 use crate::arrangement::Arrangement;
 use crate::boundary::Tank;
 use crate::context::Context;
@@ -23,7 +23,7 @@ pub(super) struct Phases<'a> {
     pub near: &'a mut Arrangement,
     pub equation: &'a mut PressureEquation,
     pub grains: &'a mut GrainPhase,
-    pub columns: &'a mut Columns,
+    pub columns: &'a mut PublishedColumns,
 }
 
 impl Phases<'_> {
@@ -52,7 +52,7 @@ impl Phases<'_> {
     /// Number density, its rate and viscosity.
     pub fn densities(&mut self, step: &Context<'_>) {
         let Self { tank, particles, near, columns, .. } = self;
-        let Columns { voids, mirrored, samples, start, .. } = &mut **columns;
+        let PublishedColumns { voids, mirrored, samples, start, .. } = &mut **columns;
         number_density::sample((&particles.position, &particles.velocity), voids, samples);
         let viscous = viscosity::field(step, tank, particles, near, mirrored);
         number_density::at_start(step.kernel, &near.neighbours, samples, &viscous, start);
@@ -61,7 +61,7 @@ impl Phases<'_> {
     /// Fluid at the grains: with implicit drag as it moves without drag.
     pub fn interpolate_fluid(&mut self, step: &Context<'_>) {
         let Self { particles, near, grains, columns, .. } = self;
-        let Columns { voids, start, predicted, .. } = &mut **columns;
+        let PublishedColumns { voids, start, predicted, .. } = &mut **columns;
         let velocity = if grains.coupling().exchange == DragExchange::Implicit {
             motion::predict(step, particles, start, None, &mut near.ghosts, predicted);
             Some(&predicted.velocity[..])
@@ -73,14 +73,14 @@ impl Phases<'_> {
 
     /// Reaction of the drag on the fluid; returns its impulse [N s].
     pub fn return_drag(&mut self, step: &Context<'_>) -> Vector {
-        let Columns { voids, drag, .. } = &mut *self.columns;
+        let PublishedColumns { voids, drag, .. } = &mut *self.columns;
         self.grains.return_drag(step, self.particles, &voids.inverse, drag)
     }
 
     /// Velocities and positions without the pressure, lists that hold them, walls in their new place.
     pub fn predict(&mut self, step: &Context<'_>) {
         let Self { tank, particles, near, columns, .. } = self;
-        let Columns { start, drag, predicted, .. } = &mut **columns;
+        let PublishedColumns { start, drag, predicted, .. } = &mut **columns;
         motion::predict(step, particles, start, Some(&drag[..]), &mut near.ghosts, predicted);
         tank.displacement = step.forcing.wall_displacement;
         near.follow(step, particles, predicted);
@@ -96,7 +96,7 @@ impl Phases<'_> {
     /// Coefficients of the pressure equation and roles of the particles in it.
     pub fn assemble(&mut self, step: &Context<'_>, report: &mut StepReport) {
         let Self { particles, near, equation, columns, .. } = self;
-        let Columns { voids, samples, start, predicted, mobility, sums, roles, .. } = &mut **columns;
+        let PublishedColumns { voids, samples, start, predicted, mobility, sums, roles, .. } = &mut **columns;
         let position = &predicted.position[..];
         number_density::sample((position, &predicted.velocity), voids, samples);
         number_density::mobility(voids, mobility);
@@ -111,7 +111,7 @@ impl Phases<'_> {
     /// Source, pressure, tensile cut-off at walls, and the gradient of the pressure.
     pub fn solve(&mut self, step: &Context<'_>, report: &mut StepReport) -> Result<(), StepError> {
         let Self { particles, near, equation, columns, .. } = self;
-        let Columns { voids, samples, start, predicted, mobility, sums, uncorrected, .. } = &mut **columns;
+        let PublishedColumns { voids, samples, start, predicted, mobility, sums, uncorrected, .. } = &mut **columns;
         let position = &predicted.position[..];
         let terms = SourceTerms { start, predicted: sums, samples, mobility, voids };
         source::set_right_side(step, &terms, particles, &equation.blocks, &mut equation.rows);
@@ -129,7 +129,7 @@ impl Phases<'_> {
     /// Velocities and positions with the pressure; begins the sum of what contacts with walls give the fluid.
     pub fn correct(&mut self, step: &Context<'_>, report: &mut StepReport) {
         let Self { particles, walls, near, columns, .. } = self;
-        let Columns { start, predicted, sums, new, .. } = &mut **columns;
+        let PublishedColumns { start, predicted, sums, new, .. } = &mut **columns;
         motion::correct(step, particles, predicted, &mut near.ghosts, new);
         report.impulses = momentum::impulses(step, particles, walls, start, sums, &predicted.position);
         report.impulses.contact -= momentum::momentum(step, particles, &new.velocity);
@@ -138,7 +138,7 @@ impl Phases<'_> {
     /// Dynamic stabilisation and collisions.
     pub fn stabilise(&mut self, step: &Context<'_>, report: &mut StepReport) {
         let Self { particles, near, equation, columns, .. } = self;
-        let Columns { voids, predicted, new, stabiliser, .. } = &mut **columns;
+        let PublishedColumns { voids, predicted, new, stabiliser, .. } = &mut **columns;
         let Particles { kind, owned, .. } = &**particles;
         let inverse_void = &voids.inverse;
         let pairs =
@@ -150,7 +150,7 @@ impl Phases<'_> {
     /// Force of the new pressure on the grains, and their added mass.
     pub fn correct_grains(&mut self, step: &Context<'_>, report: &mut StepReport) {
         let Self { particles, near, grains, columns, .. } = self;
-        let Columns { new, predicted, voids, .. } = &**columns;
+        let PublishedColumns { new, predicted, voids, .. } = &**columns;
         let motion = (new, |a: usize| predicted.velocity[a]);
         let ghosts = &mut near.ghosts;
         grains.correct_pressure_force(step, particles, motion, &voids.inverse, ghosts, &mut report.coupling);

@@ -4,7 +4,7 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::particles::{Columns as _, WALL};
 use sazanami_numerics::{Real, Vector};
 
-use super::{Columns, FluidParticle, Solver};
+use super::{FluidParticle, PublishedColumns, Solver};
 use crate::arrangement::Arrangement;
 use crate::boundary::Tank;
 use crate::error::SetupError;
@@ -13,7 +13,7 @@ use crate::ghosts::Periods;
 use crate::grains::GrainPhase;
 use crate::particles::{Kind, ParticleRecord, Particles};
 use crate::pressure::PressureEquation;
-use crate::scheme::{CONJUGATE_RADIUS, Kernel, Projection};
+use crate::scheme::{CONJUGATE_RADIUS, Kernel, ParticleProjection};
 use crate::settings::Settings;
 use crate::surface_test::SurfaceTest;
 use crate::walls::Walls;
@@ -48,7 +48,7 @@ impl Solver {
         if !(2.1..=3.6).contains(&radius) {
             return Err(SetupError::Radius { radius });
         }
-        let conjugate = settings.scheme.projection == Projection::Conjugate;
+        let conjugate = settings.scheme.projection == ParticleProjection::Conjugate;
         if conjugate && radius < CONJUGATE_RADIUS {
             return Err(SetupError::ConjugateRadius { radius });
         }
@@ -100,8 +100,8 @@ impl Solver {
             walls: initial,
             near: Arrangement::default(),
             equation: PressureEquation::default(),
-            columns: Columns::default(),
-            conjugate: crate::conjugate::Columns::default(),
+            columns: PublishedColumns::default(),
+            conjugate: crate::conjugate::ConjugateColumns::default(),
             mean_flow: None,
         })
     }

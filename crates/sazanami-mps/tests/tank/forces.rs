@@ -2,7 +2,7 @@
 
 use sazanami_dem::{Grain, Motion};
 use sazanami_mps::grains::{AddedMass, AddedMassForm, DragParameters, Lift, lift_force, volume};
-use sazanami_mps::scheme::{Projection, Scheme};
+use sazanami_mps::scheme::{ParticleProjection, Scheme};
 use sazanami_mps::solver::{Forcing, Solver};
 use sazanami_numerics::{Real, Vector};
 
@@ -38,7 +38,8 @@ fn a_sphere_released_in_still_water_starts_with_its_added_mass() {
             velocity(&solver).z / (dt * Real::from(steps))
         };
         // The conjugate projection gives a light grain alone 3 % too little buoyancy, half of that with added mass.
-        let (buoyant, between) = if scheme.projection == Projection::Conjugate { (0.035, 0.02) } else { (0.03, 0.015) };
+        let (buoyant, between) =
+            if scheme.projection == ParticleProjection::Conjugate { (0.035, 0.02) } else { (0.03, 0.015) };
         for (density, off) in [(2650.0, 0.03), (500.0, buoyant)] {
             let expected = |coefficient: Real| 9.81 * (1000.0 - density) / (density + coefficient * 1000.0);
             let [found, alone] = [SPHERE, AddedMass::NONE].map(|added| start(density, added));

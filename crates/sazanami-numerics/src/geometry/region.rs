@@ -5,6 +5,8 @@
 //! recognised before. Where the volume of the region is known it is then met by adding k alpha (1 - alpha)
 //! to the fractions.
 
+mod level;
+
 use std::f64::consts::PI;
 
 use crate::grid::Grid;
@@ -43,8 +45,39 @@ pub enum Region {
         /// Normal out of the region, of any length.
         normal: Vector,
     },
+    /// An elliptic cylinder without ends.
+    Cylinder {
+        /// A point of its axis, where a wave has a crest \[m].
+        centre: Vector,
+        /// Direction of its axis, from 0.
+        axis: usize,
+        /// Semi-axes along the two directions that follow in cyclic order \[m].
+        semi_axes: [Real; 2],
+        /// What it is thicker by, along the axis.
+        wave: Wave,
+    },
+    /// All below a surface with a wave.
+    Wavy {
+        /// A point of a crest \[m].
+        crest: Vector,
+        /// Direction out of the region, from 0.
+        up: usize,
+        /// Direction of the wave, from 0.
+        along: usize,
+        /// The wave.
+        wave: Wave,
+    },
     /// All that lies in at least one of the members.
     Union(Vec<Region>),
+}
+
+/// A cosine.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wave {
+    /// Height of a crest above the mean \[m].
+    pub amplitude: Real,
+    /// Distance between crests \[m].
+    pub length: Real,
 }
 
 /// Position of a cell relative to a region.
@@ -66,6 +99,7 @@ impl Region {
                 (orientation.inverse() * (point - *centre) / *semi_axes).length_squared() <= 1.0
             }
             Self::HalfSpace { point: on, normal } => (point - *on).dot(*normal) <= 0.0,
+            Self::Cylinder { .. } | Self::Wavy { .. } => self.level(point) <= 0.0,
             Self::Union(members) => members.iter().any(|m| m.contains(point)),
         }
     }
@@ -83,6 +117,8 @@ impl Region {
                 distance_to_ellipsoid(*semi_axes, orientation.inverse() * (centre - *own)) <= radius
             }
             Self::HalfSpace { point, normal } => (centre - *point).dot(*normal) <= radius * normal.length(),
+            // Cautiously: the level is at most the distance.
+            Self::Cylinder { .. } | Self::Wavy { .. } => self.level(centre) <= radius,
             Self::Union(members) => members.iter().any(|m| m.touches_ball(centre, radius)),
         }
     }
@@ -111,6 +147,19 @@ impl Region {
                 }
                 (lower, upper)
             }
+            Self::Cylinder { centre, axis, semi_axes, wave } => {
+                let mut reach = Vector::splat(Real::INFINITY);
+                let least = semi_axes[0].min(semi_axes[1]);
+                for (n, semi_axis) in semi_axes.iter().enumerate() {
+                    reach[(axis + 1 + n) % 3] = semi_axis * (1.0 + wave.amplitude.abs() / least);
+                }
+                (*centre - reach, *centre + reach)
+            }
+            Self::Wavy { crest, up, wave, .. } => {
+                let mut upper = Vector::splat(Real::INFINITY);
+                upper[*up] = crest[*up] - wave.amplitude + wave.amplitude.abs();
+                (Vector::splat(Real::NEG_INFINITY), upper)
+            }
             Self::Union(members) => {
                 members.iter().map(Self::bounds).fold(
                     (Vector::splat(Real::INFINITY), Vector::splat(Real::NEG_INFINITY)),
@@ -130,7 +179,7 @@ impl Region {
             }
             Self::Sphere { radius, .. } => Some(4.0 / 3.0 * PI * radius.powi(3)),
             Self::Spheroid { semi_axes: s, .. } => Some(4.0 / 3.0 * PI * s.x * s.y * s.z),
-            Self::HalfSpace { .. } => None,
+            Self::HalfSpace { .. } | Self::Cylinder { .. } | Self::Wavy { .. } => None,
             Self::Union(members) => {
                 let apart = |a: &Self, b: &Self| {
                     let ((la, ua), (lb, ub)) = (a.bounds(), b.bounds());
@@ -176,6 +225,7 @@ impl Region {
             Self::HalfSpace { point, normal } => {
                 by_distance((centre - *point).dot(*normal), half.dot(normal.abs()), 0.0)
             }
+            Self::Cylinder { .. } | Self::Wavy { .. } => by_distance(self.level(centre), half.length(), 0.0),
             Self::Union(members) => {
                 members.iter().fold(Place::Outside, |place, m| match (place, m.place(centre, half)) {
                     (Place::Inside, _) | (_, Place::Inside) => Place::Inside,
@@ -221,6 +271,8 @@ impl Region {
                     found.push([Real::NEG_INFINITY, Real::INFINITY]);
                 }
             }
+            // Found by their levels: see `has_level_alone`.
+            Self::Cylinder { .. } | Self::Wavy { .. } => {}
             Self::Union(members) => members.iter().for_each(|m| m.intervals(x, y, found)),
         }
     }
@@ -250,6 +302,8 @@ pub struct RegionFractions<'a> {
     region: &'a Region,
     grid: Grid,
     per_axis: u32,
+    /// Whether cells are sampled along the normal of the surface, not in vertical columns.
+    along_normals: bool,
     correction: Real,
     raw_volume_error: Option<Real>,
 }
@@ -265,8 +319,23 @@ impl<'a> RegionFractions<'a> {
     /// If there are no columns.
     #[must_use]
     pub fn new(region: &'a Region, grid: &Grid, per_axis: u32) -> Self {
+        Self::sampling(region, grid, per_axis, region.has_level_alone())
+    }
+
+    /// The same with lines along the normal of the surface in place of vertical columns: a surface that stands upright has no steps, as the
+    /// curvature of an interface needs it.
+    ///
+    /// # Panics
+    /// If there are no lines.
+    #[must_use]
+    pub fn along_normals(region: &'a Region, grid: &Grid, per_axis: u32) -> Self {
+        Self::sampling(region, grid, per_axis, true)
+    }
+
+    fn sampling(region: &'a Region, grid: &Grid, per_axis: u32, along_normals: bool) -> Self {
         assert!(per_axis > 0, "a region is sampled on at least one column a cell");
-        let mut fractions = Self { region, grid: *grid, per_axis, correction: 0.0, raw_volume_error: None };
+        let mut fractions =
+            Self { region, grid: *grid, per_axis, along_normals, correction: 0.0, raw_volume_error: None };
         let (lower, upper) = region.bounds();
         let margin = 1e-9 * grid.spacing;
         let within = lower.cmpge(grid.lower - margin).all() && upper.cmple(grid.upper() + margin).all();
@@ -325,6 +394,9 @@ impl<'a> RegionFractions<'a> {
             let overlap = ((centre + half).min(*upper) - (centre - half).max(*lower)).max(Vector::ZERO);
             let share = overlap / self.grid.spacing;
             return share.x * share.y * share.z;
+        }
+        if self.along_normals {
+            return self.region.share_along_normal(centre, half, self.per_axis);
         }
         let n = Real::from(self.per_axis);
         let (floor, top) = (centre.z - half.z, centre.z + half.z);

@@ -99,6 +99,13 @@ impl Crater {
     }
 }
 
+/// Volume [m^3] of a profile below the plane through its own height at a distance `radius` \[m] from the axis, out to there.
+pub(super) fn volume_below(profile: &Profile, radius: Real) -> Real {
+    let heights = profile.filled();
+    let last = (0..heights.len()).rev().find(|&n| profile.radius(n) <= radius).unwrap_or_default();
+    (0..=last).map(|n| (heights[last] - heights[n]) * profile.area(n)).sum()
+}
+
 /// Volumes [m^3] of a profile below and above a reference profile: what was dug out and what was heaped up.
 ///
 /// `reference` gives the height \[m] of each layer before the impact.
@@ -131,6 +138,8 @@ mod tests {
         assert!((crater.volume - 118.459).abs() < 5e-4, "{}", crater.volume);
         assert!((crater.volume_direct - 72.885).abs() < 5e-4, "{}", crater.volume_direct);
         assert!(!crater.rim_at_edge);
+        assert!((volume_below(&example(), crater.rim_radius) - crater.volume_direct).abs() < 1e-12);
+        assert!(volume_below(&example(), crater.rim_radius - 1.0) < crater.volume_direct);
         let (excavated, rim) = volumes_against(&example(), |_| 8.15);
         assert!((excavated - 47.846).abs() < 5e-4, "{excavated}");
         assert!((rim - 36.662).abs() < 5e-4, "{rim}");

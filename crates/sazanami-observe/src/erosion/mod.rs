@@ -51,6 +51,24 @@ choices! {
 /// A volume is that of a crater if it is so many times that of the same bed before the impact.
 const CLEAR_OF_NOISE: Real = 3.0;
 
+/// A volume that is uncertain by more than this part of it is doubted.
+const LARGEST_BAR: Real = 0.2;
+
+/// Doubt about a rim that lies at the end of the surface that is looked at.
+pub const RIM_AT_EDGE: &str = "the rim lies at the edge of the box or at `erosion.r_max`";
+
+/// Doubt about a crater that still changes.
+pub const NOT_AT_REST: &str = "the crater has not come to rest";
+
+/// What is known of a crater beside its surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Known {
+    /// Whether it has come to rest, if that is known.
+    pub at_rest: Option<bool>,
+    /// Number of drops that make it.
+    pub drops: usize,
+}
+
 /// Volumes that tell a crater from the roughness of a bed [m^3].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Hollow {
@@ -208,6 +226,8 @@ pub struct InitialBed {
     pub heights: Vec<Real>,
     /// Erosion volume that the evaluation finds where nothing was eroded: its noise floor [m^3].
     pub noise: Real,
+    /// Volume below the plane of the rim that it finds there [m^3].
+    pub noise_below_rim: Real,
 }
 
 impl InitialBed {
@@ -229,6 +249,8 @@ pub struct Erosion {
     pub crater: Crater,
     /// Smallest and largest volume over three bandwidths and with the rim half a bandwidth nearer and farther [m^3].
     pub volume_range: [Real; 2],
+    /// The same of the volume below the plane of the rim [m^3].
+    pub below_rim_range: [Real; 2],
     /// Bed surface in the layers of the paper.
     pub profile: Profile,
     /// Crater found in these; `None` where the innermost holds no grain.
@@ -239,6 +261,8 @@ pub struct Erosion {
     pub volume_rim: Option<Real>,
     /// Volume found in the bed before the impact [m^3]; `None` without an initial bed.
     pub noise: Option<Real>,
+    /// Volume below the plane of the rim in the bed before the impact [m^3]; `None` without an initial bed.
+    pub noise_below_rim: Option<Real>,
     /// Depth of the middle below the initial surface there \[m]; `None` without an initial bed.
     pub depth_below_initial: Option<Real>,
     /// Number of grains whose tops were averaged.
@@ -264,21 +288,27 @@ impl Erosion {
         let mut crater = crater_of(&surface).ok_or(ErosionError::NoSurface)?;
         // A parabola on one side may bend before the end.
         crater.rim_at_edge |= crater.rim_radius > settings.largest_radius - 0.5 * bandwidth;
-        let smoothings = SMOOTHINGS.into_iter().filter_map(|n| Some(crater_of(&surface_with(n * bandwidth))?.volume));
-        let farther = [-0.5, 0.5].map(|n| cap_volume(crater.depth, crater.rim_radius + n * bandwidth));
-        let volume_range = smoothings
-            .chain(farther)
-            .fold([crater.volume; 2], |[low, high], volume| [low.min(volume), high.max(volume)]);
+        let smoothings: Vec<Crater> =
+            SMOOTHINGS.into_iter().filter_map(|n| crater_of(&surface_with(n * bandwidth))).collect();
+        let rims = [-0.5, 0.5].map(|n| crater.rim_radius + n * bandwidth);
+        let range = |volume: fn(&Crater) -> Real, with_rims: [Real; 2]| {
+            let others = smoothings.iter().map(volume).chain(with_rims);
+            others.fold([volume(&crater); 2], |[low, high], volume| [low.min(volume), high.max(volume)])
+        };
+        let volume_range = range(|crater| crater.volume, rims.map(|rim| cap_volume(crater.depth, rim)));
+        let below_rim_range = range(|crater| crater.volume_direct, rims.map(|rim| crater::volume_below(&surface, rim)));
         let profile = Profile::of(&seen.tops, settings.axis, settings.cell, settings.layer, settings.largest_radius);
         let against = initial
             .map(|initial| volumes_against(&surface, |n| initial.heights.get(n).copied().unwrap_or(settings.floor)));
         Ok(Self {
             crater,
             volume_range,
+            below_rim_range,
             by_layers: Crater::of(&profile),
             volume_excavated: against.map(|(excavated, _)| excavated),
             volume_rim: against.map(|(_, rim)| rim),
             noise: initial.map(|initial| initial.noise),
+            noise_below_rim: initial.map(|initial| initial.noise_below_rim),
             depth_below_initial: initial.and_then(|initial| initial.heights.first().map(|first| first - crater.base)),
             surface_grains: seen.tops.len(),
             airborne_grains: seen.airborne,
@@ -290,7 +320,8 @@ impl Erosion {
     /// This evaluation as the bed before an impact, for later ones.
     #[must_use]
     pub fn as_initial(&self) -> InitialBed {
-        InitialBed { heights: self.surface.filled(), noise: self.crater.volume }
+        let Crater { volume: noise, volume_direct: noise_below_rim, .. } = self.crater;
+        InitialBed { heights: self.surface.filled(), noise, noise_below_rim }
     }
 
     /// Whether there is a crater in a bed of grains of a size \[m], and not just the roughness of the bed ([`is_crater`]).
@@ -305,6 +336,49 @@ impl Erosion {
     #[must_use]
     pub fn volume_uncertainty(&self) -> Real {
         0.5 * (self.volume_range[1] - self.volume_range[0])
+    }
+
+    /// Half the width of [`Self::below_rim_range`] [m^3].
+    #[must_use]
+    pub fn below_rim_uncertainty(&self) -> Real {
+        0.5 * (self.below_rim_range[1] - self.below_rim_range[0])
+    }
+
+    /// What speaks against the volume below the plane of the rim, in words.
+    #[must_use]
+    pub fn doubts_below_rim(&self, known: Known) -> Vec<String> {
+        let noise = self.noise_below_rim;
+        self.doubts(known, self.crater.volume_direct, self.below_rim_uncertainty(), noise)
+    }
+
+    /// What speaks against V of eq. (14), in words.
+    #[must_use]
+    pub fn doubts_of_cap(&self, known: Known) -> Vec<String> {
+        self.doubts(known, self.crater.volume, self.volume_uncertainty(), self.noise)
+    }
+
+    fn doubts(&self, known: Known, volume: Real, uncertainty: Real, noise: Option<Real>) -> Vec<String> {
+        let mut found = Vec::new();
+        if known.drops > 1 {
+            found.push(format!("{} drops fall, and one volume about one axis is that of none of them", known.drops));
+        }
+        if self.crater.rim_at_edge {
+            found.push(RIM_AT_EDGE.to_owned());
+        }
+        if known.at_rest == Some(false) {
+            found.push(NOT_AT_REST.to_owned());
+        }
+        if uncertainty > LARGEST_BAR * volume {
+            found.push(format!("uncertain by more than {:.0} %", 1e2 * LARGEST_BAR));
+        }
+        if let Some(noise) = noise.filter(|noise| CLEAR_OF_NOISE * noise > volume) {
+            found.push(if noise > volume {
+                "less than in the same bed before the impact".to_owned()
+            } else {
+                format!("{:.0} % of it are in the same bed before the impact", 1e2 * noise / volume)
+            });
+        }
+        found
     }
 
     /// Volume of a crater with the same rim and the depth of one grain [m^3]: less means nothing.
@@ -385,6 +459,27 @@ mod tests {
         assert!(jump(0) < 0.06 && jump(1) < 0.06 && jump(2) > 0.2, "{} {} {}", jump(0), jump(1), jump(2));
     }
 
+    #[test]
+    fn what_speaks_against_a_volume_is_said() {
+        let (mut erosion, _) = evaluate_cap(6.0e-3, 2.1e-3, 0.2);
+        assert!(erosion.below_rim_range[0] <= erosion.crater.volume_direct);
+        let rests = Known { at_rest: Some(true), drops: 1 };
+        erosion.below_rim_range = [0.9, 1.1].map(|part| part * erosion.crater.volume_direct);
+        assert!(erosion.doubts_below_rim(rests).is_empty(), "{:?}", erosion.doubts_below_rim(rests));
+        assert_eq!(erosion.doubts_below_rim(Known { at_rest: Some(false), ..rests }), [NOT_AT_REST]);
+        assert!(erosion.doubts_below_rim(Known { drops: 2, ..rests })[0].starts_with("2 drops fall"));
+        erosion.below_rim_range[0] *= 0.5;
+        assert_eq!(erosion.doubts_below_rim(rests), ["uncertain by more than 20 %"]);
+        erosion.below_rim_range = [erosion.crater.volume_direct; 2];
+        erosion.noise_below_rim = Some(0.4 * erosion.crater.volume_direct);
+        assert_eq!(erosion.doubts_below_rim(rests), ["40 % of it are in the same bed before the impact"]);
+        erosion.noise_below_rim = Some(0.3 * erosion.crater.volume_direct);
+        assert!(erosion.doubts_below_rim(rests).is_empty());
+        erosion.crater.rim_at_edge = true;
+        assert_eq!(erosion.doubts_below_rim(rests), [RIM_AT_EDGE]);
+        assert!(erosion.doubts_of_cap(rests).contains(&RIM_AT_EDGE.to_owned()));
+    }
+
     /// Deterministic noise between -1/2 and 1/2.
     fn noise(n: usize) -> Real {
         ((n as Real * 12.9898).sin() * 43758.5453).fract() * 0.5
@@ -418,7 +513,7 @@ mod tests {
         let excavated = cap_volume_of_sphere(depth - rim, sphere_radius(depth, 2.0 * rim_radius));
         assert!((after.volume_excavated.unwrap() / excavated - 1.0).abs() < 0.1);
         assert!((after.depth_below_initial.unwrap() - (depth - rim)).abs() < 0.5 * D);
-        let ring = InitialBed { heights: vec![4.0, 2.0], noise: 0.0 };
+        let ring = InitialBed { heights: vec![4.0, 2.0], noise: 0.0, noise_below_rim: 0.0 };
         assert_eq!(ring.level(), (4.0 + 3.0 * 2.0) / 4.0);
         assert!(after.noise.unwrap() < 0.5 * after.crater.volume);
         assert!(after.volume_rim.unwrap() > 0.0);

@@ -1,15 +1,16 @@
 //! Forms of a bed: the mound of the tank's wave, and ripples on it.
 //!
 //! A standing wave heaps sand under the antinodes of its velocity (Jan and Yen 1992: bars beneath the nodes of standing
-//! waves, with small ripples riding on their tops). Such a mound has harmonics in the band of ripples. So the two are
-//! told apart: the mound by the highest peak of the whole spectrum, ripples by crests of at least a grain's size in
-//! what is left without waves longer than ripples can be, where the flow is strong enough for them.
+//! waves, with small ripples riding on their tops). Such a mound has harmonics as short as ripples, so that a spectrum in a
+//! band of wavelengths measures the mound. The two are told apart: the mound by the highest peak of the whole spectrum,
+//! ripples by crests of at least a grain's size in what is left without waves longer than ripples can be, where the flow is
+//! strong enough for them.
 
 use sazanami_numerics::Real;
 
-use super::band::{length_of_peak, without_line};
 use super::predictors::{LEAST_MOBILITY, LONGEST_OVER_AMPLITUDE};
 use super::smoothing::smoothed;
+use super::trend::{detrended, length_of_peak, without_line};
 use super::{SurfaceProfile, Unmeasured};
 use crate::fit::vertex;
 
@@ -19,6 +20,19 @@ const SHORTEST: Real = 5.0;
 const LONGEST: Real = 60e-3;
 /// Part of the longest ripples at each end of a profile that a mound is not read from.
 const ENDS: Real = 0.25;
+
+/// Relief of a bed: root mean square of the part of its profile within `range` \[m] about its parabola of least squares, all
+/// wavelengths \[m].
+///
+/// # Errors
+/// If the part has gaps or fewer than four places.
+pub fn relief(profile: &SurfaceProfile, range: [Real; 2]) -> Result<Real, Unmeasured> {
+    let values = profile.within(range).whole()?;
+    if values.len() < 4 {
+        return Err(Unmeasured::TooFewValues { found: values.len(), needed: 4 });
+    }
+    Ok((detrended(&values).iter().map(|z| z * z).sum::<Real>() / values.len() as Real).sqrt())
+}
 
 /// Settings that tell mound and ripples apart.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,6 +85,8 @@ pub struct CrestedRipples {
     pub crests: Vec<Real>,
     /// Mean distance of neighbouring crests \[m].
     pub wavelength: Real,
+    /// Standard error of that mean, from the scatter of the distances \[m]; `None` with one distance.
+    pub uncertainty: Option<Real>,
     /// Mean height of the crests above the troughs on both sides \[m].
     pub height: Real,
 }
@@ -155,8 +171,12 @@ fn ripples(part: &SurfaceProfile, waves: &[Real], settings: &BedFormSettings) ->
         let highest = extent(waves);
         return Err(Unmeasured::TooFewCrests { found: allowed.len(), least: settings.grain_size, highest });
     }
+    let count = distances.len() as Real;
+    let wavelength = distances.iter().sum::<Real>() / count;
+    let squares: Real = distances.iter().map(|distance| (distance - wavelength).powi(2)).sum();
     Ok(CrestedRipples {
-        wavelength: distances.iter().sum::<Real>() / distances.len() as Real,
+        wavelength,
+        uncertainty: (distances.len() > 1).then(|| (squares / (count - 1.0) / count).sqrt()),
         height: allowed.iter().map(|crest| crest.2).sum::<Real>() / allowed.len() as Real,
         crests: allowed.into_iter().map(|crest| crest.1).collect(),
     })
@@ -200,7 +220,6 @@ fn crests(values: &[Real], least: Real) -> Vec<(usize, Real)> {
 mod tests {
     use std::f64::consts::TAU;
 
-    use super::super::{RippleSettings, Ripples};
     use super::*;
 
     const D: Real = 1e-3;
@@ -239,10 +258,7 @@ mod tests {
         assert!((mound.wavelength / 87e-3 - 1.0).abs() < 0.2, "{mound:?}");
         assert!((mound.height / 3.6e-3 - 1.0).abs() < 0.15 && mound.crest.abs() < 3e-3, "{mound:?}");
         assert!(matches!(found.ripples, Err(Unmeasured::TooFewCrests { found: 0, highest, .. }) if highest < D));
-        // The band of ripples alone does not tell: it answers with a harmonic of the mound.
-        let band = Ripples::of(&bed, RANGE, &RippleSettings::of_grains(D, 20e-3)).expect("waves in the band");
-        assert!((25e-3..50e-3).contains(&band.spectral_wavelength), "{band:?}");
-        // Nor do crests without the long waves taken out: the mound is one.
+        // With the long waves left in, the mound is a crest.
         let kept = BedFormSettings { longest: 1.0, ..settings() };
         assert!(matches!(BedForms::of(&bed, RANGE, &kept).ripples, Err(Unmeasured::TooFewCrests { found: 1, .. })));
     }
@@ -254,6 +270,7 @@ mod tests {
         let ripples = found.ripples.expect("ripples");
         assert_eq!(ripples.crests.len(), 3, "{ripples:?}");
         assert!((ripples.wavelength / 25e-3 - 1.0).abs() < 0.05, "{ripples:?}");
+        assert!(ripples.uncertainty.is_some_and(|error| error < 1e-3), "{ripples:?}");
         assert!((ripples.height / 2.5e-3 - 1.0).abs() < 0.1, "{ripples:?}");
         let mound = found.mound.expect("a mound");
         assert!(
@@ -310,5 +327,31 @@ mod tests {
         let mut broken = bed.clone();
         broken.heights[150] = None;
         assert!(matches!(BedForms::of(&broken, RANGE, &settings()).mound, Err(Unmeasured::Gap { .. })));
+    }
+
+    #[test]
+    fn the_wavelength_is_as_sure_as_its_crests_are_even() {
+        let everywhere = BedFormSettings::under(D, 20e-3, vec![RANGE]);
+        let of = |length: fn(Real) -> Real| {
+            let bed = profile(|x| 0.01 + 1.25e-3 * (TAU * x / length(x)).cos());
+            BedForms::of(&bed, RANGE, &everywhere).ripples.expect("ripples")
+        };
+        let (even, uneven) = (of(|_| 25e-3), of(|x| if x < 0.0 { 20e-3 } else { 25e-3 }));
+        assert!(even.uncertainty < Some(0.3e-3), "{even:?}");
+        // Crests 20 and 25 mm apart: the control.
+        assert!(uneven.uncertainty > Some(0.8e-3) && (uneven.wavelength / 22.5e-3 - 1.0).abs() < 0.1, "{uneven:?}");
+    }
+
+    #[test]
+    fn a_trend_is_no_relief() {
+        let found = |height: Real| {
+            let bed = profile(|x| 0.01 + 0.3 * x - 2.0 * x * x + height * (TAU * x / 10e-3).sin());
+            relief(&bed, RANGE).expect("a relief")
+        };
+        assert!(found(0.0) < 1e-12 && (found(1e-3) * 2.0_f64.sqrt() / 1e-3 - 1.0).abs() < 0.02);
+        let mut broken = profile(|_| 0.01);
+        broken.heights[150] = None;
+        assert!(matches!(relief(&broken, RANGE), Err(Unmeasured::Gap { .. })));
+        assert_eq!(relief(&profile(|_| 0.01), [0.0, 1e-3]), Err(Unmeasured::TooFewValues { found: 2, needed: 4 }));
     }
 }

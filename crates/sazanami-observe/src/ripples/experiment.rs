@@ -2,8 +2,7 @@
 
 use sazanami_numerics::Real;
 
-use super::metrics::Waves;
-use super::{RippleSettings, Ripples, SurfaceProfile, Unmeasured};
+use super::{BedFormSettings, BedForms, CrestedRipples, SurfaceProfile, Unmeasured};
 
 /// Distance of the places at which two profiles are compared \[m].
 const SPACING: Real = 1e-3;
@@ -162,36 +161,30 @@ pub struct BedMatch {
     /// The profiles as they are.
     pub profiles: ProfileMatch,
     /// Ripples of the run at the places compared.
-    pub run: Result<Ripples, Unmeasured>,
+    pub run: Result<CrestedRipples, Unmeasured>,
     /// Ripples measured, at the same places.
-    pub measured: Result<Ripples, Unmeasured>,
+    pub measured: Result<CrestedRipples, Unmeasured>,
     /// Part of the measured crests that have a crest of the run within a quarter of the measured wavelength; about one
-    /// half by chance. `None` if there are no ripples or no measured crests.
+    /// half by chance. `None` without ripples.
     pub crests_agree: Option<Real>,
 }
 
 impl BedMatch {
-    /// Root mean square difference over the measured ripple height (`2 sqrt(2) sigma`).
+    /// Root mean square difference over the measured height of ripples.
     #[must_use]
     pub fn relative_rmse(&self) -> Option<Real> {
-        self.measured.as_ref().ok().map(|measured| self.profiles.rmse / measured.height())
+        self.measured.as_ref().ok().map(|measured| self.profiles.rmse / measured.height)
     }
 
-    /// Ratio of the ripple heights (`2 sqrt(2) sigma`), run over experiment.
+    /// Ratio of a measure of the ripples, run over experiment.
     #[must_use]
-    pub fn height_ratio(&self) -> Option<Real> {
-        Some(self.run.as_ref().ok()?.height() / self.measured.as_ref().ok()?.height())
-    }
-
-    /// Ratio of the wavelengths at the centres of the spectra, run over experiment.
-    #[must_use]
-    pub fn wavelength_ratio(&self) -> Option<Real> {
-        Some(self.run.as_ref().ok()?.spectral_wavelength / self.measured.as_ref().ok()?.spectral_wavelength)
+    pub fn ratio(&self, of: fn(&CrestedRipples) -> Real) -> Option<Real> {
+        Some(of(self.run.as_ref().ok()?) / of(self.measured.as_ref().ok()?))
     }
 }
 
-/// Holds a bed of a run against measured points `(x1, x3)` \[m], and their ripples against each other. The margin of
-/// `settings` is not used: what is compared is what both cover.
+/// Holds a bed of a run against measured points `(x1, x3)` \[m], and their ripples against each other, at the places
+/// that both cover.
 ///
 /// A shift of half a measured wavelength is the largest that means something; a larger one that is allowed is cut to
 /// that.
@@ -202,23 +195,21 @@ pub fn match_bed(
     run: &SurfaceProfile,
     measured: &[[Real; 2]],
     limits: ShiftLimits,
-    settings: &RippleSettings,
+    settings: &BedFormSettings,
 ) -> Result<BedMatch, Unmeasured> {
-    let unmoved = pair(run, measured, 0.0, 0.0)?;
-    let waves = |pair: &Pair, heights: &[Real]| {
+    let ripples = |pair: &Pair, heights: &[Real]| {
         let profile = SurfaceProfile::complete(pair.range[0], SPACING, heights.iter().copied());
-        Waves::of(&profile, profile.range(), settings)
+        BedForms::of(&profile, profile.range(), settings).ripples
     };
-    let half_wave = waves(&unmoved, &unmoved.measured).ok().and_then(|waves| waves.band.centroid).map(|l| 0.5 * l);
-    let limits = ShiftLimits { x: limits.x.min(half_wave.unwrap_or(Real::INFINITY)), ..limits };
-    let (profiles, pair) = best_match(run, measured, limits)?;
-    let (own, other) = (waves(&pair, &pair.run), waves(&pair, &pair.measured));
-    let crests_agree = match (&own, &other) {
-        (Ok(own), Ok(other)) => agreement(&own.crests(), &other.crests(), other.band.centroid.unwrap_or(0.0) / 4.0),
+    let unmoved = pair(run, measured, 0.0, 0.0)?;
+    let half_wave = ripples(&unmoved, &unmoved.measured).map_or(Real::INFINITY, |found| 0.5 * found.wavelength);
+    let (profiles, pair) = best_match(run, measured, ShiftLimits { x: limits.x.min(half_wave), ..limits })?;
+    let (run, measured) = (ripples(&pair, &pair.run), ripples(&pair, &pair.measured));
+    let crests_agree = match (&run, &measured) {
+        (Ok(run), Ok(measured)) => agreement(&run.crests, &measured.crests, measured.wavelength / 4.0),
         _ => None,
     };
-    let ripples = |waves: Result<Waves, Unmeasured>| waves.map(|waves| Ripples::of_waves(&waves));
-    Ok(BedMatch { profiles, run: ripples(own), measured: ripples(other), crests_agree })
+    Ok(BedMatch { profiles, run, measured, crests_agree })
 }
 
 /// Part of the `measured` places that have one of `found` within `reach`.
@@ -232,6 +223,9 @@ mod tests {
     use std::f64::consts::TAU;
 
     use super::*;
+
+    const HEIGHT: fn(&CrestedRipples) -> Real = |ripples| ripples.height;
+    const LENGTH: fn(&CrestedRipples) -> Real = |ripples| ripples.wavelength;
 
     fn profile(height: impl Fn(Real) -> Real) -> SurfaceProfile {
         SurfaceProfile::complete(-0.07475, 0.5e-3, (0..300).map(|n| height(-0.07475 + 0.5e-3 * f64::from(n))))
@@ -248,8 +242,8 @@ mod tests {
         places.filter(|x| *x < 0.06).map(|x| [x, height(x)]).collect()
     }
 
-    fn settings() -> RippleSettings {
-        RippleSettings::of_grains(1e-3, 20e-3)
+    fn settings() -> BedFormSettings {
+        BedFormSettings::of_grains(1e-3)
     }
 
     #[test]
@@ -259,8 +253,8 @@ mod tests {
             match_bed(&run, &readings(|x| ripples(x, 3e-3)), ShiftLimits::default(), &settings()).expect("a match");
         assert!((same.profiles.shift_x, same.profiles.shift_z.abs() < 1e-5) == (0.0, true));
         assert!(same.profiles.rmse < 0.03e-3 && same.profiles.correlation.expect("ripples") > 0.999, "{same:?}");
-        assert!((same.height_ratio().expect("ripples") - 1.0).abs() < 0.02 && same.crests_agree == Some(1.0));
-        assert!((same.wavelength_ratio().expect("ripples") - 1.0).abs() < 0.02);
+        assert!((same.ratio(HEIGHT).expect("ripples") - 1.0).abs() < 0.02 && same.crests_agree == Some(1.0));
+        assert!((same.ratio(LENGTH).expect("ripples") - 1.0).abs() < 0.02);
         assert!(same.relative_rmse().expect("ripples") < 0.02 && same.profiles.places >= 115);
         // Upside down: the control.
         let other =
@@ -292,11 +286,11 @@ mod tests {
         let run = profile(|x| 0.010 + 0.9e-3 * (TAU * x / 24e-3).sin());
         let measured = readings(|x| 0.010 + 1.5e-3 * (TAU * x / 20e-3).sin());
         let found = match_bed(&run, &measured, ShiftLimits::default(), &settings()).expect("a match");
-        assert!((found.height_ratio().expect("ripples") - 0.6).abs() < 0.03, "{:?}", found.height_ratio());
-        assert!((found.wavelength_ratio().expect("ripples") - 1.2).abs() < 0.04, "{:?}", found.wavelength_ratio());
+        assert!((found.ratio(HEIGHT).expect("ripples") - 0.6).abs() < 0.03, "{:?}", found.ratio(HEIGHT));
+        assert!((found.ratio(LENGTH).expect("ripples") - 1.2).abs() < 0.04, "{:?}", found.ratio(LENGTH));
         let level = match_bed(&run, &readings(|_| 0.010), ShiftLimits::default(), &settings()).expect("a match");
-        assert_eq!((level.height_ratio(), level.crests_agree, level.profiles.correlation), (None, None, None));
-        assert!(matches!(level.measured, Err(Unmeasured::Flat { .. })));
+        assert_eq!((level.ratio(HEIGHT), level.crests_agree, level.profiles.correlation), (None, None, None));
+        assert!(matches!(level.measured, Err(Unmeasured::TooFewCrests { .. })));
     }
 
     #[test]

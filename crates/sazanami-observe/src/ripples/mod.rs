@@ -5,28 +5,25 @@
 //! Positions and velocities are those in the frame of the tank: x1 along the shaking, x2 across, x3 up. What cannot
 //! be measured is an [`Unmeasured`] that says why, never a number made up.
 
-mod band;
 mod bed_forms;
 mod bed_surface;
-mod evolution;
 mod experiment;
-mod exposed;
+mod growth;
 mod layers;
-mod metrics;
 mod phases;
 pub mod predictors;
 mod probes;
 mod profile;
 mod section_density;
 mod smoothing;
+mod trend;
 mod water_surface;
 
-pub use bed_forms::{BedFormSettings, BedForms, CrestedRipples, Mound};
-pub use bed_surface::{BedSurfaceSettings, BedSurfaces, ViewedSide, suspended};
-pub use evolution::{Growth, Migration, migration};
+pub use bed_forms::{BedFormSettings, BedForms, CrestedRipples, Mound, relief};
+pub use bed_surface::bed_surface;
 pub use experiment::{BedMatch, ProfileMatch, ShiftLimits, match_bed, match_profiles};
+pub use growth::Growth;
 pub use layers::{Layer, LayerGrains, LayerMeans, LayerReference, LayerWater, Layers, layer_means, submerged_weight};
-pub use metrics::{RippleSettings, Ripples, relief};
 pub use phases::{PhaseAverage, cycle_averages, phase_average};
 pub use probes::{Interpolation, Near, SectionWindow, vectors_in_section};
 pub use profile::SurfaceProfile;
@@ -134,31 +131,11 @@ pub enum Unmeasured {
         /// Length needed \[m].
         needed: Real,
     },
-    /// The points of a profile are too far apart for the shortest wave asked for.
-    #[error("points {spacing} m apart do not show waves of {shortest} m")]
-    TooCoarse {
-        /// Distance of the points \[m].
-        spacing: Real,
-        /// Shortest wave \[m].
-        shortest: Real,
-    },
     /// A profile has no height at some place.
     #[error("the profile has no height at x = {at} m")]
     Gap {
         /// The place \[m].
         at: Real,
-    },
-    /// Nothing stands out of the plane.
-    #[error(
-        "the waves in the band of ripples are {:.3} mm (rms), below the {:.3} mm from which on they are taken for \
-         ripples",
-        1e3 * deviation, 1e3 * least
-    )]
-    Flat {
-        /// Root mean square of the waves in the band \[m].
-        deviation: Real,
-        /// Least one of ripples \[m].
-        least: Real,
     },
     /// No form of the bed is as high as its grains.
     #[error("the bed is level to {:.3} mm; a mound is at least {:.3} mm high", 1e3 * height, 1e3 * least)]
@@ -187,20 +164,6 @@ pub enum Unmeasured {
         least: Real,
         /// Highest less lowest of the waves as short as ripples \[m].
         highest: Real,
-    },
-    /// Not enough whole waves.
-    #[error("{found} whole waves where at least {needed} are needed")]
-    TooFewWaves {
-        /// Number of whole waves.
-        found: usize,
-        /// Number needed.
-        needed: usize,
-    },
-    /// A correlation has no maximum among the shifts looked at.
-    #[error("the correlation has no maximum up to a shift of {reach} m")]
-    NoMaximum {
-        /// Largest shift \[m].
-        reach: Real,
     },
     /// Not enough values.
     #[error("{found} usable values where at least {needed} are needed")]

@@ -6,7 +6,7 @@ use super::whole_run::{WholeRun, number};
 use crate::measured::Measured;
 use sazanami::case::{self, LoadedCase};
 
-const CASE: &str = include_str!("../../../../cases/raindrop/reduced.toml");
+const CASE: &str = include_str!("../../cases/raindrop/reduced.toml");
 
 /// The case at `speed` [m/s].
 fn at(speed: &str) -> Result<LoadedCase, String> {

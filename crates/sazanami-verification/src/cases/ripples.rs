@@ -6,7 +6,7 @@ use super::whole_run::{WholeRun, number};
 use crate::measured::Measured;
 use sazanami::analyse::layer_history;
 
-const CASE: &str = include_str!("../../../../cases/ripples/paper.toml");
+const CASE: &str = include_str!("../../cases/ripples/paper.toml");
 /// Simulated time of each run \[s].
 const UNTIL: Real = 3.0;
 /// Last part of a run whose layer averages count: two periods \[s].
@@ -16,8 +16,6 @@ const WATCHED: Real = 1.0;
 struct Found {
     /// Root mean square of the bed without its trend [mm].
     relief: Real,
-    /// Wavelength at the centre of the spectrum [mm], where there are ripples.
-    wavelength: Option<Real>,
     /// Half ranges of the averages of the upper and the lower layer: water, drag, pressure force.
     upper: [Real; 3],
     lower: [Real; 3],
@@ -47,7 +45,6 @@ fn tank(name: &str, changes: &[&str]) -> Result<Found, String> {
     };
     Ok(Found {
         relief: number(&summary, "/observables/ripples/relief_mm")?,
-        wavelength: number(&summary, "/observables/ripples/wavelength_mm").ok(),
         upper: half_ranges(&layers.upper),
         lower: half_ranges(&layers.lower),
         volume: number(&summary, "/conservation/fluid_bulk_volume_relative_change")?,
@@ -60,14 +57,13 @@ fn half_range(time: &[Real], values: &[Real]) -> Real {
     0.5 * (late().fold(Real::NEG_INFINITY, Real::max) - late().fold(Real::INFINITY, Real::min))
 }
 
-/// Relief and wavelength, the same for other particles and another drag law, none for a gentle motion.
+/// Relief of the bed, for other particles and another drag law too, and for a gentle motion.
 pub(crate) fn ripples() -> Result<Vec<Measured>, String> {
     let base = tank("base", &[])?;
     let gentle = tank("gentle", &["frame.motion.amplitude=[\"-3 mm\",\"0 mm\",\"0 mm\"]"])?;
     let mut rows = vec![
         Measured::new("relief at 3 s", base.relief),
         Measured::new("relief over that of a motion of 3 mm", base.relief / gentle.relief),
-        Measured::new("wavelength at 3 s", base.wavelength.unwrap_or(Real::NAN)),
         Measured::new("water velocity, upper over lower layer", base.upper[0] / base.lower[0]),
         Measured::new("drag, upper over lower layer", base.upper[1] / base.lower[1]),
         Measured::new("drag over pressure force, upper layer", base.upper[1] / base.upper[2]),
@@ -77,8 +73,6 @@ pub(crate) fn ripples() -> Result<Vec<Measured>, String> {
         [("particles of 0.8 mm", "particles.spacing=0.8333333333 mm"), ("F_ch = 0.55", "overlap.forchheimer=0.55")]
     {
         let other = tank(name, &[change])?;
-        let ratio = other.wavelength.unwrap_or(Real::NAN) / base.wavelength.unwrap_or(Real::NAN);
-        rows.push(Measured::new(format!("{name}: wavelength over that of the base"), ratio));
         rows.push(Measured::new(format!("{name}: relief"), other.relief));
     }
     Ok(rows)

@@ -8,7 +8,7 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
 use sazanami_mps::grains::{AddedMass, Coupling, DragExchange, DragParameters, GrainPhase, Lift};
 use sazanami_mps::pressure::Tolerance;
-use sazanami_mps::scheme::{Fluid, Projection, Scheme};
+use sazanami_mps::scheme::{Fluid, ParticleProjection, Scheme};
 use sazanami_mps::solver::{FluidParticle, Forcing, Settings, SetupError, Solver, StepError, StepReport};
 use sazanami_mps::stability::StepLimits;
 
@@ -261,7 +261,7 @@ pub(super) fn fluid(solver: &Solver) -> impl Iterator<Item = usize> {
 /// Height over the middle of the top layer at which the pressure vanishes \[m].
 pub(super) fn zero_above_surface(solver: &Solver) -> Real {
     match solver.settings().scheme.projection {
-        Projection::Enhanced => 0.0,
-        Projection::Conjugate => 0.5 * solver.settings().fluid.spacing,
+        ParticleProjection::Enhanced => 0.0,
+        ParticleProjection::Conjugate => 0.5 * solver.settings().fluid.spacing,
     }
 }

@@ -6,13 +6,12 @@ use std::path::{Path, PathBuf};
 use sazanami_io::table::write_csv;
 use sazanami_numerics::Real;
 use sazanami_observe::comparison::{Comparison, RunResult, Series};
+use sazanami_observe::erosion::RIM_AT_EDGE;
 
-use super::figures::free_path;
-use super::lines::{RIM_AT_EDGE, aligned, number};
-use super::output::{Output, undone};
+use super::lines::{aligned, number};
+use super::output::{Output, free_path, undone};
 use super::summary_file::summary;
 use super::table::Table;
-use crate::artist::{ErosionPoint, Figure};
 use crate::case;
 use crate::case::meaning::{FluidName, Region};
 use crate::error::CommandError;
@@ -94,7 +93,8 @@ pub(super) fn comparable(folders: &[PathBuf]) -> Result<(Vec<RunResult>, Vec<Str
             volume: 1e-9 * volume,
             uncertainty: 1e-9 * erosion("volume_uncertainty_mm3").unwrap_or_default(),
             noise: 1e-9 * erosion("volume_noise_mm3").unwrap_or_default(),
-            volume_direct: 1e-9 * erosion("volume_direct_mm3").unwrap_or_default(),
+            below_rim: 1e-9 * erosion("volume_below_rim_mm3").unwrap_or_default(),
+            below_rim_uncertainty: 1e-9 * erosion("volume_below_rim_uncertainty_mm3").unwrap_or_default(),
             depth: 1e-3 * erosion("depth_mm").unwrap_or_default(),
             rim_radius: 1e-3 * erosion("rim_radius_mm").unwrap_or_default(),
             splashed: number(&summary, &["observables", "splash", "grains"]).unwrap_or_default() as usize,
@@ -111,37 +111,22 @@ pub(super) fn comparable(folders: &[PathBuf]) -> Result<(Vec<RunResult>, Vec<Str
     Ok((alike.into_iter().map(|(_, run)| run).collect(), lines))
 }
 
-/// Compares runs: a table for the terminal and as a file, and a figure, both into the folder `out`.
+/// Compares runs: a table for the terminal, and as a file in the folder `out`.
 pub(super) fn several(folders: &[PathBuf], out: &Path, output: &mut Output) -> Result<Vec<String>, CommandError> {
     let (runs, mut lines) = comparable(folders)?;
     let comparison = Comparison::of(runs);
-    let groups: Vec<(String, Vec<ErosionPoint>)> = comparison.series.iter().map(points).collect();
-    if !groups.is_empty() {
-        let path = free_path(out, "erosion-against-momentum", "png");
-        output.draw(&Figure::Erosion { title: "Erosion volume against momentum", groups: &groups }, &path)?;
-    }
     let header = Comparison::COLUMNS.map(|(name, _)| name.to_owned());
     let rows = comparison.rows();
     if !rows.is_empty() {
-        write(&free_path(out, "crater-comparison", "csv"), &header, &rows, output)?;
+        write(&free_path(out, "crater-comparison"), &header, &rows, output)?;
     }
     lines.extend(aligned(&header, &rows));
     lines.extend(comparison.series.iter().flat_map(conclusions));
     Ok(lines)
 }
 
-/// Points of a series for the figure.
-fn points(series: &Series) -> (String, Vec<ErosionPoint>) {
-    let points = series.runs.iter().map(|run| ErosionPoint {
-        momentum: run.momentum,
-        volume: run.volume,
-        uncertainty: run.uncertainty,
-    });
-    (format!("D_{{H}}/D_{{V}} = {:.1}", series.axis_ratio), points.collect())
-}
-
 /// Writes the table of a comparison as CSV.
-fn write(path: &Path, header: &[String; 11], rows: &[[String; 11]], output: &mut Output) -> Result<(), CommandError> {
+fn write(path: &Path, header: &[String; 12], rows: &[[String; 12]], output: &mut Output) -> Result<(), CommandError> {
     write_csv(path, std::iter::once(header).chain(rows)).map_err(undone)?;
     output.message(&format!("wrote {}", path.display()));
     Ok(())
@@ -168,8 +153,10 @@ fn conclusions(series: &Series) -> Vec<String> {
     }
     for scatter in series.scatter().iter().filter(|scatter| scatter.runs > 1) {
         lines.push(format!(
-            "m v = {:.1} g cm/s: V = {:.2} mm^3, deviation {:.2} mm^3 over {} runs",
+            "m v = {:.1} g cm/s: {:.2} mm^3 below the rim, deviation {:.2} mm^3; V = {:.2} mm^3, deviation {:.2} mm^3, over {} runs",
             1e5 * scatter.momentum,
+            1e9 * scatter.below_rim[0],
+            1e9 * scatter.below_rim[1],
             1e9 * scatter.mean,
             1e9 * scatter.deviation,
             scatter.runs

@@ -5,7 +5,7 @@ use std::path::Path;
 use sazanami_numerics::Real;
 use serde_json::Value;
 
-use super::figures::newest_picture;
+use super::output::newest_picture;
 
 /// The number at `path` in a JSON value, if there is one.
 pub(super) fn number(value: &Value, path: &[&str]) -> Option<Real> {
@@ -52,13 +52,17 @@ const OF_RUN: &[Line] = &[
 ];
 
 const OF_CRATER: &[Line] = &[
-    Line("  same bed before the impact (noise)", &["observables", "erosion", "volume_noise_mm3"], 1.0, "mm^3", 2),
-    Line("  by the layers of the paper", &["observables", "erosion", "volume_by_layers_mm3"], 1.0, "mm^3", 2),
-    Line("volume below the plane of the rim", &["observables", "erosion", "volume_direct_mm3"], 1.0, "mm^3", 2),
-    Line("volume below the initial surface", &["observables", "erosion", "volume_excavated_mm3"], 1.0, "mm^3", 2),
-    Line("volume above the initial surface", &["observables", "erosion", "volume_rim_mm3"], 1.0, "mm^3", 2),
     Line("crater depth H below the rim", &["observables", "erosion", "depth_mm"], 1.0, "mm", 3),
     Line("rim radius L", &["observables", "erosion", "rim_radius_mm"], 1.0, "mm", 3),
+    Line("volume below the initial surface", &["observables", "erosion", "volume_excavated_mm3"], 1.0, "mm^3", 2),
+    Line("volume above the initial surface", &["observables", "erosion", "volume_rim_mm3"], 1.0, "mm^3", 2),
+];
+
+const NOISE_BELOW_RIM: Line = Line(NOISE, &["observables", "erosion", "volume_below_rim_noise_mm3"], 1.0, "mm^3", 2);
+
+const OF_CAP: &[Line] = &[
+    Line(NOISE_OF_CAP, &["observables", "erosion", "volume_noise_mm3"], 1.0, "mm^3", 2),
+    Line("  by the layers of the paper", &["observables", "erosion", "volume_by_layers_mm3"], 1.0, "mm^3", 2),
 ];
 
 const OF_SPLASH: &[Line] = &[
@@ -89,14 +93,20 @@ pub(super) fn rows(summary: &Value) -> Vec<Row> {
     let of = |lines: &'static [Line]| lines.iter().filter_map(|line| line.of(summary));
     let of_part = |part: &str| &summary["observables"][part];
     let [erosion, crater_rest, splash] = ["erosion", "crater_rest", "splash"].map(of_part);
-    let mut rows: Vec<Row> = of(OF_RUN).collect();
+    // The answer first, then what it rests on.
+    let mut rows: Vec<Row> = Vec::new();
     rows.extend(slope(of_part("heap")).map(|value| ("angle of the heap", value)));
-    rows.extend(erosion_volume(erosion, crater_rest).map(|value| (VOLUME, value)));
+    rows.extend(volume(erosion, "volume_below_rim").map(|value| (BELOW_RIM, value)));
+    rows.extend(NOISE_BELOW_RIM.of(summary));
     rows.extend(rest(crater_rest));
-    rows.extend(of(OF_CRATER).chain(of(OF_SPLASH)));
+    if erosion["not_evaluated"].is_null() {
+        rows.extend(volume(erosion, "volume").map(|value| (CAP, value)));
+    }
+    rows.extend(of(OF_CAP).chain(of(OF_CRATER)).chain(of(OF_SPLASH)));
     if let Some(problem) = splash["not_evaluated"].as_str() {
         rows.push(("splashed grains", format!("not evaluated: {problem}")));
     }
+    rows.extend(of(OF_RUN));
     for (label, key) in RESIDUALS {
         rows.extend(number(summary, &["conservation", key]).map(|value| (label, format!("{value:.1e}"))));
     }
@@ -114,7 +124,10 @@ pub(super) fn rows(summary: &Value) -> Vec<Row> {
     rows
 }
 
-const VOLUME: &str = "erosion volume V, eq. (14)";
+const BELOW_RIM: &str = "volume below the plane of the rim";
+const CAP: &str = "erosion volume V, eq. (14)";
+const NOISE: &str = "  same bed before the impact (noise)";
+const NOISE_OF_CAP: &str = "  V of the same bed before the impact";
 
 /// The slope of a heap with its standard error, and how fast the grains still move.
 fn slope(heap: &Value) -> Option<String> {
@@ -125,17 +138,16 @@ fn slope(heap: &Value) -> Option<String> {
     Some(format!("{:.1} +- {:.1} degrees, mean speed {:.1e} m/s", angle?, error?, speed?))
 }
 
-/// The erosion volume with its uncertainty, and what speaks against it.
-fn erosion_volume(erosion: &Value, crater_rest: &Value) -> Option<String> {
+/// A volume of the crater with its uncertainty, and what speaks against it.
+fn volume(erosion: &Value, key: &str) -> Option<String> {
     if let Some(problem) = erosion["not_evaluated"].as_str() {
         return Some(format!("not evaluated: {problem}"));
     }
-    let volume = number(erosion, &["volume_mm3"])?;
-    let uncertainty = number(erosion, &["volume_uncertainty_mm3"]);
+    let volume = number(erosion, &[&format!("{key}_mm3")])?;
+    let uncertainty = number(erosion, &[&format!("{key}_uncertainty_mm3")]);
     let uncertainty = uncertainty.map_or_else(String::new, |value| format!(" +- {value:.2}"));
-    let doubts = [(erosion["rim_at_edge"] == true, RIM_AT_EDGE), (crater_rest["at_rest"] == false, NOT_AT_REST)];
-    let doubts: Vec<&str> = doubts.into_iter().filter(|doubt| doubt.0).map(|doubt| doubt.1).collect();
-    let caution = if doubts.is_empty() { String::new() } else { format!(" (not reliable: {})", doubts.join("; ")) };
+    let doubts = erosion[&format!("{key}_doubts")].as_str();
+    let caution = doubts.map_or_else(String::new, |doubts| format!(" (not reliable: {doubts})"));
     Some(format!("{volume:.2}{uncertainty} mm^3{caution}"))
 }
 
@@ -147,12 +159,6 @@ fn rest(crater_rest: &Value) -> Option<Row> {
     let since = number(crater_rest, &["within_uncertainty_since_s"]).filter(|_| crater_rest["at_rest"] == true)?;
     Some(("  crater at rest since", format!("{:.3} ms", 1e3 * since)))
 }
-
-/// Caution for a rim that lies in the outermost layer.
-pub(super) const RIM_AT_EDGE: &str = "the rim lies at the edge of the box or at `erosion.r_max`";
-
-/// Caution for a crater that still changes.
-const NOT_AT_REST: &str = "the crater has not come to rest";
 
 /// Rows in columns of equal width, aligned to the right.
 pub(super) fn aligned<const N: usize>(header: &[String; N], rows: &[[String; N]]) -> Vec<String> {

@@ -5,18 +5,19 @@ use std::sync::Arc;
 
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::{Quaternion, Real, Vector};
-use sazanami_observe::erosion::{Erosion, InitialBed};
+use sazanami_observe::erosion::{Erosion, InitialBed, Known, VolumeCourse};
 use sazanami_observe::{BedColumns, Body};
 use serde_json::Value;
 
 use super::output::{Output, undone};
+use super::table::Table;
 use crate::artist::{Figure, Scene};
 use crate::case;
 use crate::case::meaning::Case;
 use crate::error::CommandError;
 use crate::feasible;
-use crate::recorder::{Drawn, LOOSEST, NEVER, bed_surface, erosion_settings, scene};
-use crate::results::{CASE, FIGURES};
+use crate::recorder::{Drawn, LOOSEST, NEVER, bed_surface, drops, erosion_settings, scene};
+use crate::results::{CASE, FIGURES, SERIES};
 use crate::saved::{SavedTime, state, times};
 use crate::state::{Array, State, Values, WaterState};
 
@@ -26,6 +27,8 @@ struct Run<'a> {
     shapes: Arc<[Shape]>,
     /// Height of the bed before the impact, if there was one \[m].
     height: Option<Real>,
+    /// Its observations.
+    series: Option<Table>,
 }
 
 /// The grains of a state in the frame of the tank, which is displaced by `tank` \[m]; `None` if an array was not written.
@@ -70,7 +73,8 @@ pub(super) fn draw_pictures(folder: &Path, summary: &Value, output: &mut Output)
     let shapes: Arc<[Shape]> = feasible::shapes_alone(&loaded)?.into();
     let found = |key: &str| summary["observables"]["bed"][key].as_f64();
     let height = found("height_mm").filter(|_| found("porosity").is_some_and(|porosity| porosity < LOOSEST));
-    let run = Run { case: &loaded.case, shapes, height: height.map(|height| 1e-3 * height) };
+    let series = Table::read(&folder.join(SERIES))?;
+    let run = Run { case: &loaded.case, shapes, height: height.map(|height| 1e-3 * height), series };
     let mut initial = None;
     for saved in times(folder)? {
         let Some(step) = step_of(&saved) else { continue };
@@ -103,7 +107,7 @@ fn step_of(saved: &SavedTime) -> Option<&str> {
 
 /// Scene of the pictures of a time; the surface of the first bed is kept in `initial`.
 fn scene_of(run: &Run, saved: &SavedTime, initial: &mut Option<InitialBed>) -> Result<Option<Scene>, CommandError> {
-    let Run { case, shapes, height } = run;
+    let Run { case, shapes, height, series } = run;
     let state = state(saved)?;
     let (Some(grains), Some(WaterState::Grid { grid, arrays })) =
         (grains_of(&state, case.to_written_frame(state.time)[0]), &state.water)
@@ -122,8 +126,21 @@ fn scene_of(run: &Run, saved: &SavedTime, initial: &mut Option<InitialBed>) -> R
         if saved.time == 0.0 {
             *initial = now.as_ref().map(Erosion::as_initial);
         }
-        bed_surface(&settings, initial.as_ref(), now.as_ref())
+        let course = series.as_ref().map(|series| course_until(series, saved.time)).unwrap_or_default();
+        let rest = now.as_ref().and_then(|now| course.rest(now.volume_uncertainty()).ok());
+        let known = Known { at_rest: rest.map(|rest| rest.at_rest), drops: drops(case) };
+        bed_surface(&settings, initial.as_ref(), now.as_ref(), known)
     });
     let drawn = Drawn { shapes: Arc::clone(shapes), grid: *grid, liquid: reals(liquid), surface };
     Ok(Some(scene(case, state.time, &bed, *height, drawn)))
+}
+
+/// V of the rows of a series up to a time \[s].
+fn course_until(series: &Table, end: Real) -> VolumeCourse {
+    let mut course = VolumeCourse::default();
+    let rows = series.column("time").into_iter().zip(series.column("erosion_volume"));
+    // Times of tables and of files are written with different digits.
+    let until = |&(time, volume): &(Real, Real)| time <= end * (1.0 + 1e-9) && volume.is_finite();
+    rows.filter(until).for_each(|(time, volume)| course.add(time, volume));
+    course
 }

@@ -5,12 +5,10 @@ use std::path::Path;
 use sazanami_numerics::Real;
 use serde_json::{Value, json};
 
-use super::figures::{draw_figures, list_files};
 use super::lines::{number, report};
-use super::output::{Output, undone};
+use super::output::{Output, list_files, undone};
 use super::pictures::draw_pictures;
 use super::summary_file::{summary, write_evaluation};
-use crate::artist::{Curve, Figure};
 use crate::case::{self, CRATERS_EVALUATED, LoadedCase};
 use crate::checkpoints::{self, unreadable};
 use crate::error::CommandError;
@@ -29,15 +27,13 @@ struct Reevaluation {
     /// Simulated time \[s].
     time: Real,
     found: Reevaluated,
-    /// The same with the keys of the run, where others were asked for.
-    as_in_the_run: Option<Reevaluated>,
 }
 
-/// Draws the figures of a run anew and evaluates its newest checkpoint as its case says; warns where the summary has
+/// Draws the pictures of a run anew and evaluates its newest checkpoint as its case says; warns where the summary has
 /// another erosion volume.
 pub(super) fn as_it_was(folder: &Path, output: &mut Output) -> Result<Vec<String>, CommandError> {
     let summary = summary(folder)?;
-    draw_figures(folder, &summary, output)?;
+    list_files(folder, &summary)?;
     if let Err(error) = draw_pictures(folder, &summary, output) {
         output.message(&format!("sections and views were not drawn anew: {error}"));
     }
@@ -106,13 +102,9 @@ fn evaluate(
             "analyse it without `--set`, or run the case with these keys",
         ));
     }
-    let as_the_run = || beds.evaluate(&own.case, &own.case, &shapes);
-    let (found, as_in_the_run) = match asked {
-        Some(asked) => (beds.evaluate(&asked.case, &own.case, &shapes), Some(as_the_run())),
-        None => (as_the_run(), None),
-    };
+    let found = beds.evaluate(&asked.unwrap_or(&own).case, &own.case, &shapes);
     let checkpoint = reader.path().strip_prefix(folder).unwrap_or(reader.path()).display().to_string();
-    Ok(Some(Reevaluation { checkpoint, step, time: run.time, found, as_in_the_run }))
+    Ok(Some(Reevaluation { checkpoint, step, time: run.time, found }))
 }
 
 /// The summary with what was found in place of its observables.
@@ -153,7 +145,7 @@ fn warn_of_volume(again: &Reevaluation, summary: &Value, found: &Value, output: 
     }
 }
 
-/// Writes what was found with other keys, and a figure of it.
+/// Writes what was found with other keys.
 fn write(
     folder: &Path,
     overrides: &[String],
@@ -169,18 +161,5 @@ fn write(
         ("steps".to_owned(), json!(again.step)),
         ("observables".to_owned(), Value::Object(again.found.observables())),
     ];
-    write_evaluation(&place, overrides, summary, found.into_iter().collect(), output)?;
-    let [before, now] = again.found.surfaces();
-    let [_, own] = again.as_in_the_run.as_ref().map_or([None, None], Reevaluated::surfaces);
-    // The same surface twice shows nothing.
-    let own = own.filter(|own| Some(own) != now.as_ref());
-    let named = [("before the impact", before), ("evaluated again", now), ("as in the run", own)];
-    let curves: Vec<Curve> =
-        named.into_iter().filter_map(|(name, points)| points.map(|points| (name.to_owned(), points))).collect();
-    if curves.is_empty() {
-        return Ok(());
-    }
-    let name = summary["case"].as_str().unwrap_or("run");
-    let title = format!("{name}: smoothed bed surface, t = {:.1} ms", 1e3 * again.time);
-    output.draw(&Figure::BedProfiles { title: &title, curves: &curves }, &place.join("profiles.png"))
+    write_evaluation(&place, overrides, summary, found.into_iter().collect(), output)
 }

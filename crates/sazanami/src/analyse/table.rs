@@ -1,9 +1,10 @@
 //! Tables that runs wrote.
 
+use std::borrow::Cow;
 use std::io::ErrorKind;
 use std::path::Path;
 
-use sazanami_io::table::fields;
+use sazanami_io::table::{fields, unquoted};
 use sazanami_numerics::Real;
 
 use crate::error::CommandError;
@@ -22,7 +23,7 @@ pub enum Cells<'t> {
     /// Numbers, NaN where a cell is empty.
     Numbers(Vec<Real>),
     /// Words, empty where a cell is.
-    Words(Vec<&'t str>),
+    Words(Vec<Cow<'t, str>>),
 }
 
 impl Table {
@@ -39,9 +40,11 @@ impl Table {
         let text = String::from_utf8(bytes).map_err(|_| damaged(": this is not a text"))?;
         let mut lines = text.lines();
         let Some(heading) = lines.next() else { return Err(damaged(": this is empty")) };
-        let headings = fields(heading).map(|heading| heading.split_once(" [").unwrap_or((heading, "]")));
-        let (columns, units) =
-            headings.map(|(name, unit)| (name.to_owned(), unit.trim_end_matches(']').to_owned())).unzip();
+        let headings = fields(heading).map(unquoted).map(|heading| {
+            let (name, unit) = heading.split_once(" [").unwrap_or((&heading, "]"));
+            (name.to_owned(), unit.trim_end_matches(']').to_owned())
+        });
+        let (columns, units) = headings.unzip();
         let table = Self { columns, units, rows: lines.map(str::to_owned).collect() };
         // What is left of a line may look like a whole one.
         if !text.ends_with('\n') {
@@ -73,8 +76,8 @@ impl Table {
     }
 
     /// Words in a column; none if there is no such column.
-    pub fn words(&self, name: &str) -> Vec<&str> {
-        self.cells(name).map(|cell| cell.trim_matches('"')).collect()
+    pub fn words(&self, name: &str) -> Vec<Cow<'_, str>> {
+        self.cells(name).map(unquoted).collect()
     }
 
     /// Cells of a column: numbers, or words where there is no number but other text; none if there is no such column.
@@ -82,7 +85,7 @@ impl Table {
     pub fn cells_of(&self, name: &str) -> Cells<'_> {
         let numbers = self.column(name);
         let words = self.words(name);
-        if numbers.iter().all(|number| number.is_nan()) && words.iter().any(|word| !word.is_empty() && *word != "NaN") {
+        if numbers.iter().all(|number| number.is_nan()) && words.iter().any(|word| !word.is_empty() && word != "NaN") {
             Cells::Words(words)
         } else {
             Cells::Numbers(numbers)
@@ -120,5 +123,5 @@ const REWRITE: &str = "the results are damaged: `sazanami resume` mends the tabl
 
 /// Value of a cell; NaN if it is empty.
 fn value(cell: &str) -> Real {
-    cell.parse().unwrap_or(Real::NAN)
+    unquoted(cell).parse().unwrap_or(Real::NAN)
 }

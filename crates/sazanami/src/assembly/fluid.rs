@@ -6,11 +6,12 @@ use sazanami_mics::flow::{Carrier, Flow, Fluids, Schemes};
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::solver::Settings;
 use sazanami_mics::stability::StepLimits;
+use sazanami_mics::surface_tension::{Curvature, SurfaceTension};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::RegionFractions;
 use sazanami_numerics::{Real, Vector};
 
-use crate::case::meaning::{Case, FluidName, LiquidRegion, Placement, Projection, Step};
+use crate::case::meaning::{Case, FluidName, LiquidRegion, Placement, PressureForm, Solver, Step};
 
 /// Properties of the two fluids.
 pub(crate) fn fluids(case: &Case) -> Fluids {
@@ -32,8 +33,8 @@ pub fn flow(case: &Case, domain: &Domain) -> Flow {
         limiter: options.limiter,
         viscosity: options.viscosity,
         carrier: match options.projection {
-            Projection::Full => Carrier::Start,
-            Projection::Incremental => Carrier::Middle,
+            PressureForm::Full => Carrier::Start,
+            PressureForm::Incremental => Carrier::Middle,
         },
         ..Schemes::default()
     };
@@ -55,8 +56,19 @@ pub fn settings(case: &Case) -> Settings {
             divergence: case.fluid.divergence_tolerance,
             max_iterations: case.fluid.pressure_iterations,
         },
-        incremental: case.fluid.projection == Projection::Incremental,
+        incremental: case.fluid.projection == PressureForm::Incremental,
     }
+}
+
+/// Surface tension of the case, if it has any.
+pub(crate) fn surface_tension(case: &Case, domain: &Domain, boundary: &Boundary) -> Option<SurfaceTension> {
+    let coefficient = surface_tension_coefficient(case)?;
+    Some(SurfaceTension::new(domain, boundary, coefficient, Curvature::Found))
+}
+
+/// Surface tension [N/m], if there is any.
+pub(crate) fn surface_tension_coefficient(case: &Case) -> Option<Real> {
+    case.fluid.surface_tension.filter(|&sigma| sigma > 0.0 && case.solver == Solver::Mics)
 }
 
 /// First step of an adaptive run \[s].
@@ -80,6 +92,8 @@ pub(crate) fn origin_of(liquid: &LiquidRegion, axis: [Real; 2], bed_height: Real
 
 /// Columns per cell edge on which the surface of an initial liquid is sampled.
 pub(super) const COLUMNS: u32 = 8;
+/// Lines per cell edge where it has surface tension, which its steps would pull at.
+const LINES: u32 = 12;
 
 /// Puts the initial liquids (and bubbles) into `flow`, in the order of the case: later ones take the
 /// place of earlier ones.
@@ -87,7 +101,10 @@ pub fn pour(case: &Case, domain: &Domain, boundary: &Boundary, flow: &mut Flow, 
     for liquid in &case.liquids {
         let origin = origin_of(liquid, case.bed.axis, bed_height);
         let region = liquid.region.moved(origin).geometry();
-        let fractions = RegionFractions::new(&region, domain.grid(), COLUMNS);
+        let fractions = match surface_tension_coefficient(case) {
+            Some(_) => RegionFractions::along_normals(&region, domain.grid(), LINES),
+            None => RegionFractions::new(&region, domain.grid(), COLUMNS),
+        };
         let start = domain.start().map(|n| n as isize);
         let mut beta = domain.field(0.0);
         domain.set(&mut beta, |i, j, k| fractions.fraction(i + start[0], j + start[1], k + start[2]));

@@ -4,3 +4,4 @@ pub mod fluid;
 pub mod grains;
 pub(crate) mod particles;
 pub mod shapes;
+pub(crate) mod shared;

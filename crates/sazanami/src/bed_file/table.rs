@@ -13,10 +13,12 @@
 //!
 //! Numbers are written so that they are read back to the last bit.
 
+use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::path::Path;
 
 use sazanami_io::input;
+use sazanami_io::table::{fields, unquoted};
 use sazanami_numerics::{Quaternion, Real, Vector};
 
 use super::{Bed, BedFileError, BedGrain, Recipe};
@@ -55,22 +57,6 @@ fn quoted(name: &str) -> String {
     }
 }
 
-/// The fields of a row; within quotes commas count as letters.
-fn fields(row: &str) -> Vec<String> {
-    let (mut all, mut field, mut within) = (Vec::new(), String::new(), false);
-    let mut letters = row.chars().peekable();
-    while let Some(letter) = letters.next() {
-        match letter {
-            '"' if within && letters.peek() == Some(&'"') => field.extend(letters.next()),
-            '"' => within = !within,
-            ',' if !within => all.push(std::mem::take(&mut field)),
-            _ => field.push(letter),
-        }
-    }
-    all.push(field);
-    all
-}
-
 /// Reads a table.
 pub(super) fn read(path: &Path) -> Result<Bed, BedFileError> {
     let text = input::read_text(path).map_err(|source| BedFileError::Path { path: path.to_owned(), source })?;
@@ -107,7 +93,7 @@ fn parse(text: &str) -> Result<Bed, Wrong> {
             }
             continue;
         }
-        let fields: Vec<String> = fields(row);
+        let fields: Vec<Cow<str>> = fields(row).map(unquoted).collect();
         match &head {
             None => head = Some((places(&fields).map_err(|problem| (line, problem))?, fields.len())),
             Some((places, width)) => {
@@ -128,7 +114,7 @@ fn parse(text: &str) -> Result<Bed, Wrong> {
 }
 
 /// Where each of [`COLUMNS`] stands.
-fn places(head: &[String]) -> Result<Vec<Option<usize>>, String> {
+fn places(head: &[Cow<str>]) -> Result<Vec<Option<usize>>, String> {
     if let Some(unknown) = head.iter().find(|name| !COLUMNS.contains(&name.trim())) {
         return Err(format!("there is no column `{}`: they are `{}`", unknown.trim(), COLUMNS.join(",")));
     }
@@ -150,7 +136,7 @@ fn places(head: &[String]) -> Result<Vec<Option<usize>>, String> {
     }
 }
 
-fn grain(fields: &[String], places: &[Option<usize>], shapes: &mut Vec<String>) -> Result<BedGrain, String> {
+fn grain(fields: &[Cow<str>], places: &[Option<usize>], shapes: &mut Vec<String>) -> Result<BedGrain, String> {
     let number = |column: usize, missing: Real| match places[column] {
         None => Ok(missing),
         Some(place) => match fields[place].trim().parse::<Real>() {
@@ -163,7 +149,7 @@ fn grain(fields: &[String], places: &[Option<usize>], shapes: &mut Vec<String>) 
         Some(place) => {
             let name = &fields[place];
             shapes.iter().position(|known| known == name).unwrap_or_else(|| {
-                shapes.push(name.clone());
+                shapes.push(name.to_string());
                 shapes.len() - 1
             })
         }
@@ -217,10 +203,12 @@ mod tests {
         assert_eq!((bed.lower, grain.orientation), (Vector::ZERO, Quaternion::IDENTITY));
         let turned = parse("x1_m,x2_m,x3_m,q_w,q_x,q_y,q_z\n0,0,0,2,0,0,0\n").unwrap();
         assert_eq!(turned.grains[0].orientation, Quaternion::IDENTITY);
+        let quoted_all = parse("\"x3_m\",\"x1_m\",\"x2_m\"\n\"0.003\",\"0.001\", \"0.002\"\n").unwrap();
+        assert_eq!(quoted_all.grains[0].position, grain.position);
         let named = parse("shape,x1_m,x2_m,x3_m\n\"a, b\",0,0,0\nc,0,0,0\n\"a, b\",1,0,0\n").unwrap();
         assert_eq!(named.recipe.shapes, ["a, b", "c"]);
         assert_eq!(named.grains.iter().map(|grain| grain.shape).collect::<Vec<_>>(), [0, 1, 0]);
-        assert_eq!(fields(&quoted("a \"b\", c")), ["a \"b\", c"]);
+        assert_eq!(fields(&quoted("a \"b\", c")).map(unquoted).collect::<Vec<_>>(), ["a \"b\", c"]);
     }
 
     #[test]

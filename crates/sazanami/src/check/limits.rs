@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use sazanami_dem::impact::ImpactErrors;
 use sazanami_mics::stability::{Limit as GridLimit, Rates as GridRates};
+use sazanami_mics::surface_tension::capillary_rate;
 use sazanami_mics::viscosity::explicit_rate;
 use sazanami_mps::grains::{DragExchange, volume};
 use sazanami_mps::stability::{BODY_FORCE, DRAG, Limit as ParticleLimit, Rates as ParticleRates, VISCOUS};
@@ -40,7 +41,7 @@ pub(crate) enum Cause {
     Grains(usize),
 }
 
-/// Step length and step counts of a case, as far as its start tells.
+/// Length of the time step and number of steps, estimated from the initial state of a case.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Pace {
     /// Limits on the step, shortest first.
@@ -87,10 +88,9 @@ impl Pace {
             Some(particles) if case.solver == Solver::Mps => of_particles(case, particles, speeds),
             _ => of_grid(case, populations, speeds),
         };
-        limits.extend(
-            longest_in_swing(case)
-                .map(|longest| limit(SWING, longest, format!("a period of what swings over {STEPS_OF_SWING}"))),
-        );
+        limits.extend(longest_in_swing(case).map(|longest| {
+            limit(SWING, longest, format!("period of the shaking or of the driving over {STEPS_OF_SWING}"))
+        }));
         limits.retain(|limit| !limit.dt_s.is_nan() && limit.dt_s != Real::INFINITY);
         let stable = limits.iter().map(|limit| limit.dt_s).reduce(Real::min).unwrap_or(case.run.until);
         let ends = StepEnds::of(case);
@@ -101,8 +101,9 @@ impl Pace {
         limits.sort_by(|a, b| a.dt_s.total_cmp(&b.dt_s));
         let ruling = fixed.map_or(0, |name| limits.iter().position(|limit| limit.name == name).unwrap_or(0));
         let dt = limits.get(ruling).map_or(case.run.until, |limit| limit.dt_s);
-        let advective = |limit: &&LimitReport| limit.name == GridLimit::Advective.name();
-        let pass = limits.iter().find(advective).map_or(Real::INFINITY, |limit| limit.dt_s);
+        let of_pass = [GridLimit::Advective, GridLimit::Capillary].map(GridLimit::name);
+        let in_pass = limits.iter().filter(|limit| of_pass.contains(&limit.name)).map(|limit| limit.dt_s);
+        let pass = in_pass.fold(Real::INFINITY, Real::min);
         let in_passes = case.solver == Solver::Mics && fixed.is_some();
         let passes = if in_passes { ((dt / pass).ceil() as usize).max(1) } else { 1 };
         let until = case.run.until;
@@ -324,6 +325,8 @@ fn of_grid(
         None => GridRates {
             advective: (flow / spacing).element_sum(),
             viscous: if explicit { explicit_rate(&fluid::fluids(case), spacing) } else { 0.0 },
+            capillary: fluid::surface_tension_coefficient(case)
+                .map_or(0.0, |sigma| capillary_rate(sigma, &fluid::fluids(case), spacing, case.domain.grid().cells)),
             grain_motion: grains.length() / spacing.min_element(),
             grain_turn: fastest_turn(case),
             contact: fixed.map_or(0.0, |(n, contact)| 1.0 / (n as Real * contact)),
@@ -332,10 +335,11 @@ fn of_grid(
     let speed = |of: Vector| super::number(of.length(), 3);
     let rule = |of: GridLimit| match of {
         GridLimit::Advective => {
-            let part = if stirs(case) { "; half of it once the gas moves with the liquid" } else { "" };
+            let part = if stirs(case) { "; about half of that once the liquid has set the gas in motion" } else { "" };
             format!("{} / sum of speed over cell edge, speeds {} m/s{part}", bounds.courant, speed(flow))
         }
         GridLimit::Viscous => "1 / (2 nu sum of 1/dx^2)".to_owned(),
+        GridLimit::Capillary => "sqrt((rho_l + rho_g) dx^3 / (4 pi sigma))".to_owned(),
         GridLimit::GrainMotion => format!("{} of a cell at {} m/s", bounds.grain_travel, speed(grains)),
         GridLimit::GrainTurn => format!("{} rad at {} rad/s", bounds.grain_turn, super::number(fastest_turn(case), 3)),
         GridLimit::Contact => fixed.map_or(String::new(), |(n, contact)| format!("{n} sub-steps of {contact:.2e} s")),

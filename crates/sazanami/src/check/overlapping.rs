@@ -5,6 +5,7 @@ use sazanami_numerics::{Real, Vector};
 
 use super::number;
 use super::particles::volume_within;
+use crate::amounts;
 use crate::assembly::fluid::origin_of;
 use crate::case::meaning::{Case, LiquidRegion, Placement};
 use crate::case::{Diagnostics, LoadedCase};
@@ -29,7 +30,7 @@ pub(crate) fn warn_of_overlap(loaded: &LoadedCase, report: &mut Diagnostics) {
         let first = (n + 1..regions.len()).find(|&later| alike(later) && meet(case, &regions, n, later).is_some());
         let (Some(later), true) = (first, part > 0.0) else { continue };
         let volume = volume_within(case, liquid).map_or(String::new(), |volume| {
-            format!("{} of its {} mm^3, ", number(1e9 * part * volume, 3), number(1e9 * volume, 3))
+            format!("{} of its {}, ", amounts::volume(part * volume), amounts::volume(volume))
         });
         let other = &case.liquids[later].name;
         report

@@ -118,6 +118,10 @@ fn walls(case: &Case, particles: &Particles) -> usize {
 
 /// Wall-clock time of the steps and of what comes before them, without the grains \[s].
 pub(super) fn predict(report: &ParticlesReport, steps: Real, threads: usize, model: &CostModel) -> Real {
+    // Without water no step looks at walls.
+    if report.fluid == 0 {
+        return 0.0;
+    }
     let speed = 1.0 + model.parallel_share * (threads as Real - 1.0);
     steps * (report.fluid as Real * model.fluid_particle + report.walls as Real * model.wall_particle) / speed
 }

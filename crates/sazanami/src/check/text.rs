@@ -6,6 +6,7 @@ use sazanami_mics::grains::RESOLVED;
 use sazanami_numerics::Real;
 
 use super::{BedReport, CheckReport, ImpactReport, RanksReport, SubstepCause, TankReport, bytes, number};
+use crate::amounts::{self, length};
 use crate::case::meaning::{Case, GrainPlacement, SIDE_NAMES, Solver, Substeps};
 use crate::case::units::rounded;
 use crate::progress::duration;
@@ -21,14 +22,6 @@ pub fn explain(case: &Case, report: &CheckReport) -> String {
     step(&mut text, case, report);
     cost(&mut text, case, report);
     text
-}
-
-/// A length in millimetres, or metres if it is large.
-fn length(metres: Real) -> String {
-    let (value, unit) = if metres.abs() >= 1.0 { (metres, "m") } else { (metres * 1e3, "mm") };
-    let text = number(value, 4);
-    let short = if text.contains('e') { &text } else { text.trim_end_matches('0').trim_end_matches('.') };
-    format!("{short} {unit}")
 }
 
 fn grid(text: &mut String, case: &Case, report: &CheckReport) {
@@ -111,8 +104,8 @@ fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
     for liquid in &report.liquids {
         let _ = write!(text, "{:<14}{}", liquid.fluid, liquid.name);
         if let (Some(volume), Some(mass), Some(momentum)) = (liquid.volume_m3, liquid.mass_kg, liquid.momentum) {
-            let volume = number(volume * 1e9, 3);
-            let _ = write!(text, ": {volume} mm^3, {mass:.4e} kg, momentum {momentum:.4e} kg m/s");
+            let (volume, mass, momentum) = (amounts::volume(volume), amounts::mass(mass), amounts::momentum(momentum));
+            let _ = write!(text, ": {volume}, {mass}, momentum {momentum}");
         }
         if let Some(cells) = liquid.cells_per_height.filter(|_| report.particles.is_none()) {
             let _ = write!(text, ", {cells:.1} cells high");
@@ -141,7 +134,7 @@ fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
             };
         }
         if let Some(mass) = population.mass_kg {
-            let _ = writeln!(text, "  mass        {mass:.4e} kg");
+            let _ = writeln!(text, "  mass        {}", amounts::mass(mass));
         }
         if let Some(spheres) = population.contact_spheres {
             let face = population.body.as_ref().map(|body| body.face()).filter(|face| face.is_flat());
@@ -184,7 +177,7 @@ fn step(text: &mut String, case: &Case, report: &CheckReport) {
     }
     let _ = writeln!(text, "\nstep limits at the start (shorter ones may come up in the run)");
     for limit in &report.limits {
-        let mark = if limit.rules { "  <- rules" } else { "" };
+        let mark = if limit.rules { "  <- sets the step" } else { "" };
         let _ = writeln!(text, "  {:<13} {:.3e} s  {}{mark}", limit.name, limit.dt_s, limit.rule);
     }
     if report.fluid_passes > 1 {
@@ -231,6 +224,26 @@ fn shared(text: &mut String, report: &RanksReport) {
         report.parts[1],
         number(report.imbalance, 2)
     );
+    if let Some(grains) = report.grain_imbalance {
+        let _ = writeln!(
+            text,
+            "  grains      {} of the mean on the fullest rank, as they lie at the start",
+            number(grains, 2)
+        );
+    }
+    let parts: Vec<String> =
+        report.predicted_s.iter().map(|(name, seconds)| format!("{name} {}", duration(*seconds))).collect();
+    let _ = writeln!(
+        text,
+        "  time        about {} ({}), where each rank has {} processor{} of its own like these; messages take more",
+        duration(report.predicted_total_s),
+        parts.join(", "),
+        report.threads,
+        if report.threads == 1 { "" } else { "s" }
+    );
+    let launcher =
+        if report.launchable { "" } else { "; under a launcher none: one rank cannot gather its fields into a file" };
+    let _ = writeln!(text, "  limit       {} ranks at most{launcher}", report.most);
     let _ = write!(text, "  memory      {} on the rank with the largest part", bytes(report.memory_bytes));
     if report.gathered_bytes > 0.0 {
         let _ = write!(text, ", and {} more on rank 0 for checkpoints", bytes(report.gathered_bytes));
@@ -272,7 +285,7 @@ fn cost(text: &mut String, case: &Case, report: &CheckReport) {
         if report.threads == 1 { "" } else { "s" },
         parts.join(", ")
     );
-    let _ = writeln!(text, "              an estimate: half of it or twice as much may come out");
+    let _ = writeln!(text, "              an estimate, good to a factor of two");
     if let Some(ranks) = &report.ranks {
         shared(text, ranks);
     }

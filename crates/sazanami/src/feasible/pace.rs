@@ -77,7 +77,10 @@ impl Search<'_> {
             };
             let of_film = (cause == SubstepCause::Film).then(|| self.loaded.places.of("dem.film_roughness")).flatten();
             self.report
-                .error_at(of_film.or(self.span_of_contact(pair)), "the grains would not come to the end of this run")
+                .error_at(
+                    of_film.or(self.span_of_contact(pair)),
+                    "the grains need too many contact sub-steps to reach the end of this run",
+                )
                 .label(format!("{asks} for {} sub-steps", number(substeps, 0)))
                 .help(help);
         }
@@ -103,7 +106,13 @@ impl Search<'_> {
             let errors = impact_errors(case, populations, &interactions, longest.contact).unwrap_or_default();
             let help = "allow a larger error; strong damping, `tension = true` and `contact_start = \"sub_step\"` cost accuracy";
             self.report
-                .error_at(place, format!("no sub-step keeps impacts within an error of {}", rounded(allowed)))
+                .error_at(
+                    place,
+                    format!(
+                        "no length of the contact sub-steps keeps the error of impacts within {}",
+                        rounded(allowed)
+                    ),
+                )
                 .label(format!(
                     "the shortest, {} s, is off by {} in restitution and {} in spin",
                     rounded(longest.contact),
@@ -122,13 +131,13 @@ impl Search<'_> {
             self.report
                 .error_at(self.span_of_cause(*cause), "this moves faster than sound in water")
                 .label(format!("{} m/s can be expected; sound has {SOUND} m/s", number(speed.length(), 1)))
-                .help("these fluids cannot be compressed: check the units, and take something slower");
+                .help("both fluids are incompressible: check the units, and lower the speed");
         }
         let reach = case.domain.extent().max_element();
         let falls = (2.0 * strongest_force(case) * reach).sqrt();
         if exceeds(falls, SOUND) && !self.report.has_errors() {
             self.report
-                .error_at(self.span_of_force(), "this body force is beyond what fluids bear without being compressed")
+                .error_at(self.span_of_force(), "this body force is too strong for incompressible flow")
                 .label(format!(
                     "{} m/s^2: what falls through the box gets to {} m/s",
                     number(strongest_force(case), 1),
@@ -156,7 +165,7 @@ impl Search<'_> {
         let on_grid = self.case.solver == Solver::Mics;
         let span = self.loaded.places.of(if on_grid { "fluid.dt" } else { "particles.dt" });
         // The fluid on a grid makes several passes where it has to.
-        let in_passes = [Limit::Advective, Limit::Viscous].map(Limit::name);
+        let in_passes = [Limit::Advective, Limit::Viscous, Limit::Capillary].map(Limit::name);
         let binding =
             |limit: &&LimitReport| !(limit.rules || limit.name == SWING || on_grid && in_passes.contains(&limit.name));
         if let Some(limit) = pace.limits.iter().find(binding).filter(|limit| limit.dt_s < pace.dt) {

@@ -36,9 +36,9 @@ summed! {
         overfull_volume: Real, "m^3", "volume by which grains overlap within cells";
         outside_volume: Real, "m^3", "volume of grains outside the box";
         #[serde(default)]
-        room_difference: Real, "m^3", "liquid in full cells without their room beside grains, or room without liquid";
+        room_difference: Real, "m^3", "liquid in full cells beyond the volume that grains leave open, or open volume without liquid";
         #[serde(default)]
-        unplaced_volume: Real, "m^3", "liquid, or the lack of it, that waits beside grains for room, each cell without its sign";
+        unplaced_volume: Real, "m^3", "liquid displaced by grains, or the lack of it, that waits in cells without open volume, each cell without its sign";
         grain_speed: Real, "m/s", "speed of a grain";
     }
 }
@@ -51,7 +51,7 @@ summed! {
         clipped_cells: u64, "", "nearly empty or full cells that were clipped";
         clipped_volume: Real, "m^3", "liquid volume that this added (negative: removed)";
         #[serde(default)]
-        handed_on_volume: Real, "m^3", "liquid without room beside grains that was handed on, from cell to cell";
+        handed_on_volume: Real, "m^3", "liquid that grains displaced from full cells into neighbouring ones";
         out_of_range_cells: u64, "", "cells whose liquid fraction left the range 0 to 1 by more than 1e-9";
         deep_contacts: usize, "", "contacts that became deeper than 20 % of a contact sphere's radius";
         #[serde(default)]
@@ -80,9 +80,9 @@ summed! {
         tensile_cutoffs: u64, "", "wall particles at a film of water whose tension was cut off";
         cut_coefficients: u64, "", "coefficients of the pressure equation that were cut to zero";
         #[serde(default, alias = "held_rows")]
-        limited_rows: u64, "", "particles beside the surface whose support beyond it was taken as half a neighbourhood";
+        limited_rows: u64, "", "particles beside the surface whose missing neighbours counted as half a neighbourhood at most in the pressure equation";
         #[serde(default)]
-        grains_without_vorticity: u64, "", "wet grains without lift, since too few particles around them tell a vorticity";
+        grains_without_vorticity: u64, "", "wet grains without lift: too few particles around them for a velocity gradient";
         worst_strain_rms: Real, "", "largest root mean square of the volume strain";
         least_void: Real, "", "smallest void fraction before it was raised";
         fluid_speed: Real, "m/s", "largest speed of the fluid";

@@ -76,8 +76,9 @@ impl<O: Observer> Further<O> {
 /// All columns of the series of an observer, of these parts.
 fn series<O: Observer>(parts: SeriesParts) -> impl Iterator<Item = SeriesCell<O>> {
     let crater = if parts.crater { O::SERIES_OF_CRATER } else { &[] };
+    let interface = if parts.surface_tension { O::SERIES_OF_INTERFACE } else { &[] };
     let driven = if parts.mean_flow { Further::<O>::MEAN_FLOW } else { &[] };
-    first_columns::<O>().into_iter().chain(O::SERIES.iter().chain(crater).chain(driven).copied())
+    first_columns::<O>().into_iter().chain(O::SERIES.iter().chain(crater).chain(interface).chain(driven).copied())
 }
 
 /// Headings of the series of an observer.
@@ -127,12 +128,17 @@ impl<P, T, B> ProbeColumns<P, T, B> {
 
 /// The series of an observer as the reference page has it.
 pub(crate) fn series_page<O: Observer>() -> String {
-    let all: Vec<SeriesCell<O>> = series(SeriesParts { crater: false, mean_flow: false }).collect();
+    let all: Vec<SeriesCell<O>> =
+        series(SeriesParts { crater: false, surface_tension: false, mean_flow: false }).collect();
     let main = page("A row per observation.", &all);
     let driven = page("With `drive.mean_velocity` also:", Further::<O>::MEAN_FLOW);
     match O::SERIES_OF_CRATER {
         [] => format!("{main}\n{driven}"),
-        crater => format!("{main}\n{}\n{driven}", page("With `[erosion]` also:", crater)),
+        crater => {
+            let crater = page("With `[erosion]` also:", crater);
+            let interface = page("With `fluid.surface_tension` also:", O::SERIES_OF_INTERFACE);
+            format!("{main}\n{crater}\n{interface}\n{driven}")
+        }
     }
 }
 

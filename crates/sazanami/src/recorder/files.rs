@@ -5,12 +5,13 @@ use std::collections::btree_map::Entry;
 use std::path::{Path, PathBuf};
 
 use sazanami_io::checkpoint::CheckpointFolder;
-use sazanami_io::table::{Column, SeriesWriter, TableError, Value};
+use sazanami_io::table::{Column, SeriesWriter, TableError, Value, fields, unquoted};
 use sazanami_io::vtk::{ImageFile, PointFile, PvdSeries, write_image, write_points};
 use sazanami_numerics::Real;
 
 use super::drawing::Drawing;
 use super::grain_files::{GrainStates, OwnArray, write_glyph};
+use crate::assembly::fluid::surface_tension_coefficient;
 use crate::case::meaning::FieldPrecision;
 use crate::clock::Clock;
 use crate::columns::SeriesParts;
@@ -73,7 +74,8 @@ impl Files {
         // Earlier versions wrote the columns of a crater, empty, where there was none to evaluate.
         let crater = case.erosion.is_some() || resumed_at.is_some() && has_column(&series, "crater_depth");
         let held = case.drive.is_some_and(|drive| drive.mean_velocity.is_some());
-        let parts = SeriesParts { crater, mean_flow: held };
+        let parts =
+            SeriesParts { crater, surface_tension: surface_tension_coefficient(case).is_some(), mean_flow: held };
         for name in [FIELDS, GRAINS, FIGURES, CHECKPOINTS] {
             make_folder(&folder.join(name))?;
         }
@@ -229,7 +231,7 @@ fn has_column(path: &Path, name: &str) -> bool {
     use std::io::{BufRead as _, BufReader};
     let mut header = String::new();
     let read = std::fs::File::open(path).and_then(|file| BufReader::new(file).read_line(&mut header));
-    read.is_ok() && header.split(',').any(|column| column.split(" [").next() == Some(name))
+    read.is_ok() && fields(&header).map(unquoted).any(|column| column.split(" [").next() == Some(name))
 }
 
 /// Opens a table anew, or where the run left it.

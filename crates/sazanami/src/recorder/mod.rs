@@ -49,11 +49,8 @@ use files::Files;
 use grain_files::GrainStates;
 pub(crate) use grain_files::NEVER;
 pub(crate) use mics::pictures::{Drawn, bed_surface, scene};
-pub(crate) use mics::{GridObserver, erosion_settings};
-pub(crate) use mps::{
-    ParticleObserver, closed, flow_json, form_settings, forms_json, forms_of, measure, moment, settings_of,
-    surface_json, tank_of, weight_of_grain,
-};
+pub(crate) use mics::{GridObserver, drops, erosion_settings};
+pub(crate) use mps::{ParticleObserver, closed, form_settings, forms_of, relief_of, surface_json, tank_of};
 pub(crate) use observer::{Observer, Step, Warning};
 use observer::{Output, Row};
 pub(crate) use page::page;

@@ -85,6 +85,8 @@ pub(crate) trait Observer: Sized + 'static {
     const SERIES: &'static [SeriesCell<Self>];
     /// Columns that follow where a crater is evaluated.
     const SERIES_OF_CRATER: &'static [SeriesCell<Self>];
+    /// Columns that follow where the interface has surface tension.
+    const SERIES_OF_INTERFACE: &'static [SeriesCell<Self>];
 
     /// An observer that has measured nothing yet.
     fn new(job: &Job) -> Self;

@@ -3,7 +3,6 @@
 use sazanami_dem::Engine;
 use sazanami_mics::boundary::Boundary;
 use sazanami_mics::snapshot::GRAINS;
-use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::snapshot::Snapshot;
@@ -15,7 +14,7 @@ use serde_json::{Map, Value, json};
 
 use super::CLOCK;
 use super::bed::{BED, BedFindings, BedSettings, bed_findings, heap_json, heap_settings};
-use super::mics::{BEFORE, Findings, erosion_settings, initial_heights, volume_course};
+use super::mics::{BEFORE, Findings, drops, erosion_settings, initial_heights, volume_course};
 
 use crate::assembly::grains;
 use crate::case::meaning::{Case, Erosion as Evaluation};
@@ -35,8 +34,6 @@ pub(crate) struct Reevaluated {
     bed: Option<BedFindings>,
     heap: Option<Result<Heap, HeapError>>,
     findings: Findings,
-    /// The crater evaluation of the bed before the impact.
-    initial: Option<Erosion>,
     /// Why the splash cannot be evaluated.
     no_splash: Option<&'static str>,
 }
@@ -94,17 +91,26 @@ impl Beds {
         };
         found.heap = heap_settings(case).map(|settings| Heap::of(&now, &settings));
         if let Some(settings) = erosion_settings(case) {
-            found.initial = before.as_ref().and_then(|before| Erosion::of(before, &settings, None).ok());
+            found.findings.drops = drops(case);
             let initial: Option<InitialBed> = match &before {
-                Some(_) => found.initial.as_ref().map(Erosion::as_initial),
+                Some(before) => Erosion::of(before, &settings, None).ok().as_ref().map(Erosion::as_initial),
                 None => initial_heights(&self.snapshot),
             };
             found.findings.set_erosion(Erosion::of(&now, &settings, initial.as_ref()));
-            // Of the course of V with other settings nothing is known.
-            if erosion_settings(own).as_ref() == Some(&settings)
-                && let Ok(&[time]) = self.snapshot.reals(CLOCK)
-            {
-                found.findings.set_rest(&volume_course(&self.snapshot), time);
+            if let Ok(&[time]) = self.snapshot.reals(CLOCK) {
+                let course = volume_course(&self.snapshot);
+                match erosion_settings(own) {
+                    Some(of_run) if of_run == settings => found.findings.set_rest(&course, time),
+                    // Of the course of V with other settings nothing is known: whether the crater rests is as in the run.
+                    Some(of_run) => {
+                        let mut in_the_run = Findings::default();
+                        let initial = initial_heights(&self.snapshot);
+                        in_the_run.set_erosion(Erosion::of(&now, &of_run, initial.as_ref()));
+                        in_the_run.set_rest(&course, time);
+                        found.findings.rests_in_the_run = in_the_run.known().at_rest;
+                    }
+                    None => {}
+                }
             }
         }
         self.evaluate_splash(case, own, &now, &mut found);
@@ -140,16 +146,4 @@ impl Reevaluated {
         }
         observables
     }
-
-    /// Smoothed surfaces of the bed before the impact and of the crater, where there are: radius \[m] and height \[m].
-    pub fn surfaces(&self) -> [Option<Vec<[Real; 2]>>; 2] {
-        [&self.initial, &self.findings.erosion].map(|erosion| erosion.as_ref().map(surface))
-    }
-}
-
-/// Radius \[m] and height \[m] of the layers that hold grains.
-fn surface(erosion: &Erosion) -> Vec<[Real; 2]> {
-    let surface = &erosion.surface;
-    let layers = surface.heights.iter().enumerate();
-    layers.filter_map(|(n, height)| height.map(|height| [surface.radius(n), height])).collect()
 }

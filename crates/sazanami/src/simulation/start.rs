@@ -64,8 +64,10 @@ pub(super) fn solver(
     if let Some(state) = job.resumed.as_ref().filter(|state| state.run.flows()) {
         let engine = Engine::restore(&domain, setup, GRAINS, &state.snapshot)?;
         let snapshot = &state.snapshot;
+        let tension = fluid::surface_tension(case, &domain, &boundary);
+        let tension = tension.map(|tension| tension.restore(&domain, snapshot)).transpose()?;
         let solver = Solver::restore(domain, boundary, settings, flow, engine, shapes, coupling, snapshot)?;
-        return Ok(Some(solver.with_mean_flow(mean_flow(case, Some(snapshot))?)));
+        return Ok(Some(solver.with_surface_tension(tension).with_mean_flow(mean_flow(case, Some(snapshot))?)));
     }
     let engine = match packed {
         None => match laid(job, &domain, setup, recorder)? {
@@ -84,8 +86,9 @@ pub(super) fn solver(
     liquids_fit(job, bed_height)?;
     keep_clear(job, &domain, &engine, bed_height)?;
     fluid::pour(case, &domain, &boundary, &mut flow, bed_height);
+    let tension = fluid::surface_tension(case, &domain, &boundary);
     let solver = Solver::new(domain, boundary, settings, flow, engine, shapes, coupling)?;
-    let mut solver = solver.with_mean_flow(mean_flow(case, None)?);
+    let mut solver = solver.with_surface_tension(tension).with_mean_flow(mean_flow(case, None)?);
     solver.limit_first_step(fluid::first_step(case));
     if let Some(carrying) = &case.fluid.carrying_flow {
         solver.set_carried(carrying, 0.0);

@@ -51,7 +51,7 @@ macro_rules! named_alike {
             self.grains().engine()
         }
 
-        fn length(stable: Step) -> (Real, &'static str) {
+        fn length(stable: Self::Stable) -> (Real, &'static str) {
             (stable.dt, stable.limit.name())
         }
 

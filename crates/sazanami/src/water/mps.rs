@@ -3,7 +3,7 @@
 use sazanami_dem::{ContactReport, DemError, Engine};
 use sazanami_mps::pressure::PressureError;
 use sazanami_mps::solver::{Forcing, Phase, Solver, StepError, StepReport};
-use sazanami_mps::stability::Step;
+use sazanami_mps::stability::StableStep;
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::mean_flow::MeanFlowReport;
@@ -24,12 +24,12 @@ fn forcing(case: &Case, time: Real, dt: Real) -> Forcing {
 }
 
 impl Water for Solver {
-    type Stable = Step;
+    type Stable = StableStep;
     type Report = StepReport;
 
     named_alike!();
 
-    fn stable_step(&mut self, case: &Case, time: Real) -> Step {
+    fn stable_step(&mut self, case: &Case, time: Real) -> StableStep {
         Solver::stable_step(self, case.effective_gravity(time))
     }
 
@@ -37,7 +37,7 @@ impl Water for Solver {
         &mut self,
         case: &Case,
         time: Real,
-        _stable: Step,
+        _stable: StableStep,
         dt: Real,
         mut watch: impl FnMut(&'static str),
     ) -> Result<StepReport, StepProblem> {

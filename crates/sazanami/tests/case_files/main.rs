@@ -6,7 +6,7 @@ mod feasibility;
 use std::path::{Path, PathBuf};
 
 use sazanami::case::meaning::{
-    BoundarySide, Case, ContactLaw, Damping, Exchange, GrainPlacement, GrainShape, Placement, Preset, Projection,
+    BoundarySide, Case, ContactLaw, Damping, Exchange, GrainPlacement, GrainShape, Placement, Preset, PressureForm,
     Region, Step, Substeps, ViscosityScheme,
 };
 use sazanami::case::resolved::{self, Paths};
@@ -277,7 +277,7 @@ fn the_literal_preset_follows_the_letter() {
     assert_eq!(literal.fluid.step, Step::Fixed(1e-5));
     assert_eq!(
         (literal.fluid.projection, literal.fluid.viscosity),
-        (Projection::Incremental, ViscosityScheme::CrankNicolson)
+        (PressureForm::Incremental, ViscosityScheme::CrankNicolson)
     );
     assert_eq!(literal.dem.substeps, Substeps::Fixed(325));
     assert_eq!(literal.grains[0].mass_override, Some(1.93e-7));

@@ -6,7 +6,7 @@ use sazanami::case;
 use sazanami::case::meaning::Solver;
 use sazanami::case::resolved::{self, Paths};
 use sazanami::error::{CommandError, exit};
-use sazanami_mps::scheme::Projection;
+use sazanami_mps::scheme::ParticleProjection;
 use sazanami_numerics::Real;
 
 use crate::support::{Scratch, load};
@@ -24,10 +24,15 @@ fn the_projection_suits_the_case_and_the_radius_the_projection() {
         let Some(particles) = case.particles else { panic!("moving particles") };
         (particles.projection, particles.radius)
     };
-    let (conjugate, enhanced) = (Projection::Conjugate, Projection::Enhanced);
+    let (conjugate, enhanced) = (ParticleProjection::Conjugate, ParticleProjection::Enhanced);
     assert_eq!(of(dam, &[]), (conjugate, 2.6));
     assert_eq!(of(dam, &["particles.radius=3.1"]), (conjugate, 3.1));
-    assert_eq!(of(dam, &["particles.projection=enhanced"]), (enhanced, 3.1));
+    let alone = case::parse(Path::new("dam.toml"), dam, &["particles.projection=enhanced".to_owned()]);
+    let alone = alone.expect_err("without its preset").to_string();
+    assert!(
+        alone.contains("part of `preset = \"paper_literal\"`") && alone.contains("leave `projection` out"),
+        "{alone}"
+    );
     assert_eq!(of(&format!("preset = \"paper_literal\"\n{dam}"), &[]), (enhanced, 3.1));
     assert_eq!(of(TANK, &[]), (conjugate, 2.6));
     assert_eq!(of(&format!("preset = \"paper_literal\"\n{TANK}"), &[]), (enhanced, 3.1));
@@ -72,7 +77,7 @@ fn defaults_written_out_mean_the_same() {
         let case = load(&text, &[]).case;
         assert_eq!(
             case.particles.as_ref().map(|particles| particles.projection),
-            Some(Projection::Conjugate),
+            Some(ParticleProjection::Conjugate),
             "{name}"
         );
         let whole: toml::Table = resolved::write(&case, Paths::AsGiven).parse().expect("the copy is TOML");
@@ -119,7 +124,7 @@ fn wrong_tanks_are_refused_with_a_reason() {
         (vec!["particles.radius=2.5".into()], "is below 2.6, the least of `projection = \"conjugate\"`"),
         (vec!["overlap.reach=0.8".into()], "is below 2.1 spacings"),
         (vec!["overlap.reach=1.5".into()], "has to lie between 0.5 and 1"),
-        (vec!["boundary.x1=slip".into()], "walls of moving particles are all alike"),
+        (vec!["boundary.x1=slip".into()], "walls of moving particles have one kind of friction"),
         (
             vec!["boundary.x1_lower={ inflow = { velocity = [\"1 m/s\",\"0 m/s\",\"0 m/s\"] } }".into()],
             "cannot have the side",

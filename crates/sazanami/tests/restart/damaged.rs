@@ -108,7 +108,7 @@ fn a_wrong_command_leaves_a_run_as_it_is() {
     start(&load(SLIDING, &["run.until=0.1 ms"]), &folder, On::threads(1)).unwrap();
     let before = support::summary(&folder);
     assert_eq!(before["status"], "finished");
-    for file in ["log.txt", "figures/momentum.png"] {
+    for file in ["log.txt", "series.csv"] {
         assert!(before["files"].as_array().unwrap().contains(&file.into()), "{file}: {}", before["files"]);
     }
     // More ranks than there are columns of cells.

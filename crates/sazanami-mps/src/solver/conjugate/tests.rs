@@ -74,13 +74,13 @@ fn prepare(solver: &mut Solver, widest: Real, void: impl Fn(Vector) -> Real) {
     walls.begin_step(&step, tank, particles);
     near.renew(&step, particles, (0.0, 0.0), widest, &mut conjugate.voids.start);
     equation.resize(particles.owned);
-    conjugate.voids.begin(&step, tank, particles, near, grains);
+    conjugate.voids.at_start(&step, tank, particles, near, grains);
     for (a, inverse) in conjugate.voids.start.inverse.iter_mut().enumerate() {
         *inverse = if particles.is_fluid(a) { void(particles.position[a]).recip() } else { 1.0 };
     }
     near.ghosts.refresh(domain, &mut conjugate.voids.start.inverse);
     conjugate.voids.prepare(particles.owned, false);
-    conjugate.surround(&step, (&Mirrors::of(tank), widest), near, particles, equation);
+    conjugate.sum_over_pairs(&step, (&Mirrors::of(tank), widest), near, particles, equation);
     conjugate.exchange(&step, tank, near, particles, equation);
 }
 
@@ -266,11 +266,11 @@ fn speed_after_a_step(solver: &mut Solver, void: impl Fn(Vector) -> Real, clear:
     let step =
         &Context { domain, periods, settings, kernel, surface, forcing, reduced_force, dt: 0.01, flow_time: 0.01 };
     conjugate.voids.prepare(particles.owned, clear);
-    conjugate.surround(step, (&Mirrors::of(tank), widest), near, particles, equation);
-    conjugate.move_freely(step, tank, near, particles, equation);
+    conjugate.sum_over_pairs(step, (&Mirrors::of(tank), widest), near, particles, equation);
+    conjugate.add_viscosity_and_body_force(step, tank, near, particles, equation);
     conjugate.set_right_side(step, particles, near, equation);
-    conjugate.project(step, near, particles, equation).unwrap();
-    conjugate.apply_pressure(step, particles, equation);
+    conjugate.solve_pressure(step, near, particles, equation).unwrap();
+    conjugate.correct_velocities(step, particles, equation);
     let speed = |a: usize| if particles.is_fluid(a) { conjugate.new.velocity[a].length() } else { 0.0 };
     (0..particles.owned).map(speed).fold(0.0, Real::max) / (10.0 * step.dt)
 }

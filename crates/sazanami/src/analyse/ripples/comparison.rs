@@ -1,4 +1,4 @@
-//! Several runs with moving particles in one table, and in one figure each of growth and profiles.
+//! Several runs with moving particles in one table.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -9,11 +9,8 @@ use sazanami_observe::ripples::{BedForms, Growth};
 use serde_json::Value;
 
 use super::tables::RunTables;
-use super::{history, surfaces};
-use crate::analyse::figures::free_path;
 use crate::analyse::lines::{aligned, number};
-use crate::analyse::output::{Output, undone};
-use crate::artist::{Figure, RippleHistory};
+use crate::analyse::output::{Output, free_path, undone};
 use crate::case;
 use crate::error::CommandError;
 use crate::results::CASE;
@@ -58,7 +55,7 @@ const COLUMNS: [Column; 8] = [
         number(&run.summary, &["observables", "ripples", "relief_mm"]).map(|relief| 1e-3 * relief)
     }),
     column("growth [1/s]", (1.0, 2, true), "growth [1/s]", |run| {
-        Growth::of(&run.heights()).ok().map(|growth| growth.rate)
+        Growth::of(&run.reliefs()).ok().map(|growth| growth.rate)
     }),
     column("volume [%]", (1e2, 2, true), "fluid_bulk_volume_relative_change", |run| {
         number(&run.summary, &["conservation", "fluid_bulk_volume_relative_change"])
@@ -113,7 +110,7 @@ impl Row {
     }
 }
 
-/// Puts several runs, failed ones included, into one table and their growth and profiles into one figure each.
+/// Puts several runs, failed ones included, into one table.
 pub(in crate::analyse) fn several(
     folders: &[PathBuf],
     out: &Path,
@@ -121,13 +118,10 @@ pub(in crate::analyse) fn several(
 ) -> Result<Vec<String>, CommandError> {
     let runs = folders.iter().map(|folder| named(folder)).collect::<Result<Vec<_>, _>>()?;
     let rows: Vec<Row> = runs.iter().map(Row::of).collect();
-    draw(&runs, out, output)?;
     write(&rows, out, output)?;
     let heading = |n: usize| ["run", "status"].get(n).copied().unwrap_or_else(|| COLUMNS[n - 2].heading);
     let header: [String; COLUMNS.len() + 2] = std::array::from_fn(|n| heading(n).to_owned());
-    let mut lines = left_out(&runs);
-    lines.extend(aligned(&header, &rows.iter().map(Row::text).collect::<Vec<_>>()));
-    Ok(lines)
+    Ok(aligned(&header, &rows.iter().map(Row::text).collect::<Vec<_>>()))
 }
 
 /// The tables of a run under the name of its folder: folders distinguish runs of one case.
@@ -143,37 +137,14 @@ fn name_of(run: &RunTables) -> String {
     run.summary["case"].as_str().unwrap_or("run").to_owned()
 }
 
-fn draw(runs: &[RunTables], out: &Path, output: &mut Output) -> Result<(), CommandError> {
-    let histories: Vec<RippleHistory> =
-        runs.iter().map(|run| history(&name_of(run), run)).filter(|history| history.height.len() > 1).collect();
-    if !histories.is_empty() {
-        let figure = Figure::RippleGrowth { title: "Growth of ripples", runs: &histories };
-        output.draw(&figure, &free_path(out, "ripple-growth", "png"))?;
-    }
-    surfaces::draw("Runs", runs, &free_path(out, "ripple-profiles", "png"), output)
-}
-
 fn write(rows: &[Row], out: &Path, output: &mut Output) -> Result<(), CommandError> {
-    let path = free_path(out, "ripple-comparison", "csv");
+    let path = free_path(out, "ripple-comparison");
     let header = COLUMNS.iter().fold("run,status".to_owned(), |header, column| header + "," + column.in_file);
     let lines = std::iter::once(header).chain(rows.iter().map(Row::in_file));
     let text: String = lines.map(|line| line + "\n").collect();
     replace_file(&path, |file| file.write_all(text.as_bytes())).map_err(undone)?;
     output.message(&format!("wrote {}", path.display()));
     Ok(())
-}
-
-/// A line for each run that is not in every panel of the profiles.
-fn left_out(runs: &[RunTables]) -> Vec<String> {
-    let moments = surfaces::moments(runs);
-    let line = |run: &RunTables| {
-        let missed = moments.iter().filter(|&&time| !run.reaches(time));
-        let missed: Vec<String> = missed.map(|time| format!("{time:.2}")).collect();
-        let end = run.end().map_or("has no profiles".to_owned(), |end| format!("ends at {end:.3} s"));
-        (!missed.is_empty())
-            .then(|| format!("{}: left out of the profiles at t = {} s, it {end}", name_of(run), missed.join(", ")))
-    };
-    runs.iter().filter_map(line).collect()
 }
 
 #[cfg(test)]

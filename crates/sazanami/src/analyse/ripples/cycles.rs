@@ -7,7 +7,6 @@ use sazanami_numerics::Real;
 use sazanami_observe::ripples::{PhaseAverage, cycle_averages, phase_average};
 
 use crate::analyse::table::Table;
-use crate::artist::LayerHistory;
 use crate::columns::{Quantity, quantities};
 use crate::error::CommandError;
 use crate::results::LAYER_MEANS;
@@ -17,6 +16,18 @@ pub(super) const QUANTITIES: [&str; 4] = ["water_velocity_1", "grain_velocity_1"
 /// Cycles at the end of a run that are averaged over, and phases of a cycle.
 const LAST_CYCLES: usize = 4;
 const PHASES: usize = 20;
+
+/// Averages over the layers of the bed in one run. The four quantities of each layer are: velocity of the water and of
+/// the grains [m/s], drag and force of the pressure gradient on a grain \[N], all along x1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LayerHistory {
+    /// Times \[s].
+    pub time: Vec<Real>,
+    /// Upper layer: the four quantities at these times.
+    pub upper: [Vec<Real>; 4],
+    /// Lower layer: the same.
+    pub lower: [Vec<Real>; 4],
+}
 
 /// A quantity of a layer in a cycle of the tank.
 pub(super) struct CycleAverage {
@@ -113,12 +124,12 @@ pub(super) fn write_averages(path: &Path, cycles: &[CycleAverage]) -> std::io::R
 pub fn layer_history(folder: &Path) -> Result<Option<LayerHistory>, CommandError> {
     let Some(table) = Table::read(&folder.join(LAYER_MEANS))? else { return Ok(None) };
     let (times, columns) = (table.column("time"), QUANTITIES.map(|name| table.column(name)));
-    let is_upper: Vec<bool> = table.words("layer").iter().map(|layer| *layer == "upper").collect();
+    let is_upper: Vec<bool> = table.words("layer").iter().map(|layer| layer == "upper").collect();
     let of = |values: &Vec<Real>, upper: bool| -> Vec<Real> {
         values.iter().zip(&is_upper).filter(|(_, is_upper)| **is_upper == upper).map(|(value, _)| *value).collect()
     };
     let layer = |upper: bool| columns.each_ref().map(|column| of(column, upper));
-    let found = LayerHistory { time: of(&times, true), upper: layer(true), lower: layer(false), ..Default::default() };
+    let found = LayerHistory { time: of(&times, true), upper: layer(true), lower: layer(false) };
     let is_whole = columns.iter().all(|column| column.len() == times.len());
     Ok((is_whole && found.time.len() > 1).then_some(found))
 }

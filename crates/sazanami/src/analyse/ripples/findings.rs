@@ -1,29 +1,24 @@
 //! Ripples by the tables of a whole run, in the form of the summary.
 
-use sazanami_observe::ripples::{Growth, relief};
+use sazanami_observe::ripples::Growth;
 use serde_json::{Map, Value, json};
 
 use super::cycles::{CycleAverage, QUANTITIES};
 use super::measured::Compared;
-use super::tables::{Profiles, RunTables, settings_of};
+use super::tables::RunTables;
 use crate::check::bed_flow;
-use crate::recorder::{closed, flow_json, forms_json, measure, surface_json, tank_of};
+use crate::recorder::{relief_of, surface_json, tank_of};
 
-/// Growth and migration of the ripples, what the layers do in a cycle, and how the run compares with an experiment:
+/// Growth of the relief, what the layers do in a cycle, and how the run compares with an experiment:
 /// what its state at the end does not know.
 pub(super) fn of_history(tables: &RunTables, cycles: &[CycleAverage], compared: &[Compared]) -> Map<String, Value> {
     let mut found = Map::new();
-    if let Ok(growth) = Growth::of(&tables.heights()) {
+    if let Ok(growth) = Growth::of(&tables.reliefs()) {
         let per = if tables.period.is_some() { "periods" } else { "times" };
         found.insert(
             "growth".into(),
             json!({ "rate_per_s": growth.rate, "standard_error_per_s": growth.standard_error, per: growth.points }),
         );
-    }
-    if let Some((shift, correlation)) = tables.migration() {
-        let over = tables.period;
-        found
-            .insert("migration".into(), json!({ "shift_mm": 1e3 * shift, "over_s": over, "correlation": correlation }));
     }
     let layers = of_layers(cycles);
     if !layers.is_empty() {
@@ -46,28 +41,11 @@ fn of_layers(cycles: &[CycleAverage]) -> Map<String, Value> {
     QUANTITIES.into_iter().filter_map(of).collect()
 }
 
-/// Ripples at the last time of the tables, measured as the case asks now.
+/// Mound, ripples and relief at the last time of the tables, as the case asks now.
 pub(super) fn at_the_end(tables: &RunTables) -> Map<String, Value> {
-    let (Some(how), Some(bed)) = (&tables.case.ripples, &tables.bed) else { return Map::new() };
-    let tank = tank_of(&tables.case);
-    let of = |profiles: &Profiles, across| {
-        let profile = profiles.last();
-        surface_json(&measure(how, &tank, profile, across), profile, &tank)
+    let (Some(how), Some(bed), Some(forms)) = (&tables.case.ripples, &tables.bed, &tables.forms) else {
+        return Map::new();
     };
-    let Value::Object(mut found) = of(bed, tank.width()) else { return Map::new() };
-    for (name, profiles, across) in
-        [("image", &tables.image, tables.slab), ("top_layer", &tables.top_layer, tank.width())]
-    {
-        if let Some(profiles) = profiles {
-            found.insert(name.into(), of(profiles, across));
-        }
-    }
-    let range = settings_of(&tables.case).map(|settings| settings.range_in(&tank));
-    let all = range.and_then(|range| relief(&closed(how, bed.last()), range).ok());
-    found.extend(tables.forms.as_ref().map(forms_json).unwrap_or_default());
-    if let Some(flow) = bed_flow(&tables.case) {
-        found.insert("flow".into(), flow_json(&flow));
-    }
-    found.insert("relief_mm".into(), json!(all.map(|relief| 1e3 * relief)));
-    found
+    let (tank, bed) = (tank_of(&tables.case), bed.last());
+    surface_json(bed, relief_of(how, &tank, bed), forms, bed_flow(&tables.case).as_ref(), &tank)
 }

@@ -9,13 +9,13 @@ use serde_json::{Value, json};
 
 use super::tables::{Profiles, RunTables};
 use crate::case::meaning::Measured;
-use crate::recorder::{closed, settings_of, tank_of};
+use crate::recorder::{closed, form_settings};
 
 /// A surface of a run held against a measured one.
 pub(super) struct Compared {
     /// Time at which it was measured \[s].
     time: Real,
-    /// The surface, as the run defines it.
+    /// The surface: bed or water.
     surface: &'static str,
     /// Match with the measured surface, or why there is none.
     found: Result<Match, String>,
@@ -42,8 +42,8 @@ impl Match {
                 "rmse {rmse:.2} mm ({} of the height), correlation {correlation}, height ratio {}, \
                  wavelength ratio {}, crests that agree {}",
                 two_digits(bed.relative_rmse()),
-                two_digits(bed.height_ratio()),
-                two_digits(bed.wavelength_ratio()),
+                two_digits(bed.ratio(|ripples| ripples.height)),
+                two_digits(bed.ratio(|ripples| ripples.wavelength)),
                 two_digits(bed.crests_agree)
             ),
             Self::Water(water) => format!(
@@ -84,8 +84,8 @@ impl Match {
         match self {
             Self::Bed(bed) => {
                 json["rmse_over_height"] = json!(bed.relative_rmse());
-                json["height_ratio"] = json!(bed.height_ratio());
-                json["wavelength_ratio"] = json!(bed.wavelength_ratio());
+                json["height_ratio"] = json!(bed.ratio(|ripples| ripples.height));
+                json["wavelength_ratio"] = json!(bed.ratio(|ripples| ripples.wavelength));
                 json["crests_agree"] = json!(bed.crests_agree);
             }
             Self::Water(water) => json["wave_height_ratio"] = json!(water.extent_ratio()),
@@ -123,7 +123,7 @@ impl Compared {
     }
 }
 
-/// Everything that was measured against the run: photographs show the side of a bed, so that this surface is the first.
+/// Everything that was measured against the run.
 pub(super) fn compared(tables: &RunTables) -> Vec<Compared> {
     tables.case.ripples.iter().flat_map(|ripples| &ripples.measured).flat_map(|at| of_time(tables, at)).collect()
 }
@@ -133,11 +133,7 @@ fn of_time(tables: &RunTables, measured: &Measured) -> Vec<Compared> {
     let one = |surface, found| Compared { time, surface, found };
     let mut all = Vec::new();
     if let Some(file) = &measured.bed {
-        let profile = read(tables, file, time);
-        let image = of_bed(tables, tables.image.as_ref(), &profile, time, tables.slab);
-        all.push(one("bed (image)", image));
-        let main = of_bed(tables, tables.bed.as_ref(), &profile, time, tank_of(&tables.case).width());
-        all.push(one("bed (concentration)", main));
+        all.push(one("bed", of_bed(tables, &read(tables, file, time), time)));
     }
     if let Some(file) = &measured.water {
         all.push(one("water", of_water(tables, &read(tables, file, time), time)));
@@ -154,18 +150,12 @@ fn read(tables: &RunTables, file: &Path, time: Real) -> Result<MeasuredProfile, 
     }
 }
 
-/// Compares a surface of the bed that is a mean over `across` \[m] of the width.
-fn of_bed(
-    tables: &RunTables,
-    own: Option<&Profiles>,
-    measured: &Result<MeasuredProfile, String>,
-    time: Real,
-    across: Real,
-) -> Result<Match, String> {
+fn of_bed(tables: &RunTables, measured: &Result<MeasuredProfile, String>, time: Real) -> Result<Match, String> {
     let measured = measured.as_ref().map_err(Clone::clone)?;
-    let (own, how) = own.zip(tables.case.ripples.as_ref()).ok_or("the run has no table of its bed")?;
+    let own = tables.bed.as_ref().zip(tables.case.ripples.as_ref()).zip(form_settings(&tables.case));
+    let ((own, how), settings) = own.ok_or("the run has no table of its bed")?;
     let run = closed(how, own.reached(time).ok_or_else(|| not_reached(own))?);
-    let found = match_bed(&run, &measured.points, limits(measured), &settings_of(how, across));
+    let found = match_bed(&run, &measured.points, limits(measured), &settings);
     found.map(|found| Match::Bed(Box::new(found))).map_err(|problem| format!("not compared: {problem}"))
 }
 

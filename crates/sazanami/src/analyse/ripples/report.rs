@@ -3,18 +3,17 @@
 use std::path::Path;
 
 use sazanami_numerics::Real;
-use sazanami_observe::ripples::{Growth, Ripples, Unmeasured, relief};
+use sazanami_observe::ripples::Growth;
 use serde_json::Value;
 
 use super::cycles::{CycleAverage, QUANTITIES};
 use super::measured::Compared;
-use super::tables::{RunTables, settings_of};
-use crate::analyse::figures::newest_picture;
+use super::tables::RunTables;
 use crate::analyse::lines::{labelled, number};
+use crate::analyse::output::newest_picture;
 use crate::analyse::table::Table;
 use crate::check::bed_flow;
 use crate::error::CommandError;
-use crate::recorder::{closed, tank_of};
 use crate::results::{BED_PROFILES, LAYER_MEANS, SERIES, WATER_PROFILES};
 
 /// A label and what stands beside it.
@@ -44,7 +43,7 @@ pub(super) fn rows(
     let series = Table::read(&folder.join(SERIES))?;
     let mut rows = of_run(&tables.summary);
     rows.extend(of_forms(tables));
-    rows.extend(of_ripples(tables));
+    rows.extend(of_relief(tables));
     rows.extend(of_layers(cycles));
     rows.extend(of_water(&tables.summary));
     rows.extend(series.as_ref().and_then(above_rim));
@@ -74,23 +73,15 @@ fn of_run(summary: &Value) -> Vec<Row> {
     all.into_iter().filter_map(text).collect()
 }
 
-fn of_ripples(tables: &RunTables) -> Vec<Row> {
-    let mut rows = match tables.last_ripples() {
-        Some(Ok(ripples)) => measures(ripples),
-        Some(Err(problem)) => vec![row("waves of 5 to 60 mm, mound and ripples", format!("not measured: {problem}"))],
-        None => Vec::new(),
-    };
-    if let Some(relief) = last_relief(tables) {
-        rows.push(row("  relief of the bed, all wavelengths, rms", format!("{:.3} mm", 1e3 * relief)));
+fn of_relief(tables: &RunTables) -> Vec<Row> {
+    let mut rows = Vec::new();
+    if let Some((_, relief)) = tables.relief.last() {
+        rows.push(row("relief of the bed, all wavelengths, rms", format!("{:.3} mm", 1e3 * relief)));
     }
-    if let Ok(growth) = Growth::of(&tables.heights()) {
+    if let Ok(growth) = Growth::of(&tables.reliefs()) {
         let per = if tables.period.is_some() { "periods" } else { "times" };
         let text = format!("{:+.3} +- {:.3} 1/s over {} {per}", growth.rate, growth.standard_error, growth.points);
         rows.push(row("  growth", text));
-    }
-    if let Some((shift, correlation)) = tables.migration() {
-        let text = format!("{:+.2} mm (correlation {correlation:.2})", 1e3 * shift);
-        rows.push(row("  migration in the last period", text));
     }
     rows
 }
@@ -107,7 +98,11 @@ fn of_forms(tables: &RunTables) -> Vec<Row> {
     );
     let ripples = forms.ripples.as_ref().map_or_else(
         |problem| format!("none: {problem}"),
-        |found| format!("{} crests, {} apart, {} high", found.crests.len(), mm(found.wavelength), mm(found.height)),
+        |found| {
+            let error = found.uncertainty.map_or_else(String::new, |error| format!(" +- {}", mm(error)));
+            let (count, height) = (found.crests.len(), mm(found.height));
+            format!("{count} crests, {}{error} apart, {height} high", mm(found.wavelength))
+        },
     );
     let mut rows = vec![row("mound", mound), row("ripples", ripples)];
     if let Some(flow) = bed_flow(&tables.case) {
@@ -121,31 +116,6 @@ fn of_forms(tables: &RunTables) -> Vec<Row> {
         rows.extend([row("  flow over the bed", orbit), row("  wavelengths expected", lengths.join(", "))]);
     }
     rows
-}
-
-fn measures(ripples: &Ripples) -> Vec<Row> {
-    let mm = |value: &Result<Real, Unmeasured>| match value {
-        Ok(value) => format!("{:.2} mm", 1e3 * value),
-        Err(problem) => format!("not measured: {problem}"),
-    };
-    let mut rows = vec![
-        row(
-            "waves of 5 to 60 mm, mound and ripples: wavelength, spectrum",
-            format!("{:.2} mm", 1e3 * ripples.spectral_wavelength),
-        ),
-        row("  from crossings", mm(&ripples.crossing_wavelength)),
-        row("  from correlation", mm(&ripples.correlation_wavelength)),
-        row("  height, 2 sqrt(2) sigma", format!("{:.3} mm", 1e3 * ripples.height())),
-        row("  crest to trough", mm(&ripples.crest_to_trough)),
-    ];
-    rows.extend(ripples.steepness().ok().map(|steepness| row("  steepness", format!("{steepness:.3}"))));
-    rows
-}
-
-/// Root mean square of the bed at the end without its trend \[m], all wavelengths.
-fn last_relief(tables: &RunTables) -> Option<Real> {
-    let (how, settings) = (tables.case.ripples.as_ref()?, settings_of(&tables.case)?);
-    relief(&closed(how, tables.bed.as_ref()?.last()), settings.range_in(&tank_of(&tables.case))).ok()
 }
 
 fn of_layers(cycles: &[CycleAverage]) -> Vec<Row> {
@@ -217,8 +187,8 @@ fn of_scheme(summary: &Value) -> Vec<Row> {
 fn absent(folder: &Path, tables: &RunTables) -> Result<Vec<Row>, CommandError> {
     let observes = tables.case.ripples.is_some();
     let expected = [
-        (BED_PROFILES, observes, "no ripples, no growth, no migration"),
-        (WATER_PROFILES, true, "no surface of the water, no figure of profiles"),
+        (BED_PROFILES, observes, "no mound, no ripples, no growth"),
+        (WATER_PROFILES, true, "no surface of the water"),
         (LAYER_MEANS, observes, "no averages over layers"),
         (SERIES, true, "nothing of single steps"),
     ];

@@ -3,21 +3,19 @@
 use std::path::Path;
 
 use sazanami_numerics::Real;
-use sazanami_observe::ripples::{
-    BedForms, BedSurfaceSettings, RippleSettings, Ripples, SurfaceProfile, Unmeasured, migration,
-};
+use sazanami_observe::ripples::{BedForms, SurfaceProfile};
 use serde_json::Value;
 
 use crate::analyse::summary_file::summary;
 use crate::analyse::table::Table;
+use crate::case::LoadedCase;
 use crate::case::meaning::Case;
-use crate::case::{self, LoadedCase};
 use crate::error::CommandError;
-use crate::recorder::{self, form_settings, forms_of, measure, tank_of};
-use crate::results::{BED_PROFILES, CASE, WATER_PROFILES};
+use crate::recorder::{form_settings, forms_of, relief_of, tank_of};
+use crate::results::{BED_PROFILES, WATER_PROFILES};
 
 /// Part of a step of the series by which times are the same.
-pub(super) const SAME_TIME: Real = 1e-9;
+const SAME_TIME: Real = 1e-9;
 /// Part of a period by which phases are the same: rows of the series need not fall on the ends of periods.
 const SAME_PHASE: Real = 0.02;
 
@@ -78,18 +76,11 @@ impl Profiles {
 /// Ripples by the tables of a run.
 pub(super) struct RunTables {
     pub(super) case: Case,
-    /// Width of the slab of the bed's view from the side, when the tables were written \[m].
-    pub(super) slab: Real,
     pub(super) summary: Value,
-    /// The bed by its concentration, its main surface.
     pub(super) bed: Option<Profiles>,
-    /// The bed as it appears from the side.
-    pub(super) image: Option<Profiles>,
-    /// The mean of the topmost grains.
-    pub(super) top_layer: Option<Profiles>,
     pub(super) water: Option<Profiles>,
-    /// Ripples at the times of the bed's profiles.
-    pub(super) ripples: Vec<(Real, Result<Ripples, Unmeasured>)>,
+    /// Relief at the times of the bed's profiles [s, m].
+    pub(super) relief: Vec<(Real, Real)>,
     /// Mound and ripples at the end.
     pub(super) forms: Option<BedForms>,
     /// Period of the tank \[s], if it moves in cycles.
@@ -99,27 +90,19 @@ pub(super) struct RunTables {
 impl RunTables {
     pub(super) fn read(folder: &Path, loaded: LoadedCase) -> Result<Self, CommandError> {
         let case = loaded.case;
-        // Other keys do not change what was gathered during the run.
-        let as_run = case::load(&folder.join(CASE), &[]).ok().and_then(|run| run.case.ripples);
-        let slab = as_run
-            .as_ref()
-            .or(case.ripples.as_ref())
-            .map_or(0.0, |how| BedSurfaceSettings::of_grains(how.grain_size).slab);
         let [beds, waters] = [BED_PROFILES, WATER_PROFILES].map(|name| Table::read(&folder.join(name)));
         let (beds, waters) = (beds?, waters?);
-        let [bed, image, top_layer] = ["z_concentration", "z_image", "z_top_layer"]
-            .map(|column| beds.as_ref().and_then(|table| Profiles::of(table, column)));
+        let bed = beds.as_ref().and_then(|table| Profiles::of(table, "z_concentration"));
         let water = waters.as_ref().and_then(|table| Profiles::of(table, "z"));
-        let mut ripples = Vec::new();
+        let mut relief = Vec::new();
         if let (Some(bed), Some(how)) = (&bed, &case.ripples) {
-            let tank = tank_of(&case);
-            let all = bed.time.iter().zip(&bed.profile);
-            ripples = all.map(|(&time, profile)| (time, measure(how, &tank, profile, tank.width()))).collect();
+            let (tank, all) = (tank_of(&case), bed.time.iter().zip(&bed.profile));
+            relief = all.filter_map(|(&time, profile)| Some((time, relief_of(how, &tank, profile)?))).collect();
         }
         let forms = bed.as_ref().zip(case.ripples.as_ref()).zip(form_settings(&case));
         let forms = forms.map(|((bed, how), settings)| forms_of(how, &tank_of(&case), bed.last(), &settings));
         let period = case.period();
-        Ok(Self { case, slab, summary: summary(folder)?, bed, image, top_layer, water, ripples, forms, period })
+        Ok(Self { case, summary: summary(folder)?, bed, water, relief, forms, period })
     }
 
     /// Time of the last profiles \[s], if there are any.
@@ -128,36 +111,12 @@ impl RunTables {
         ends.reduce(Real::max)
     }
 
-    /// Whether there are profiles at `time` \[s].
-    pub(super) fn reaches(&self, time: Real) -> bool {
-        [&self.bed, &self.water].into_iter().flatten().any(|profiles| profiles.reached(time).is_some())
-    }
-
-    pub(super) fn last_ripples(&self) -> Option<&Result<Ripples, Unmeasured>> {
-        self.ripples.last().map(|(_, ripples)| ripples)
-    }
-
-    /// Heights of the ripples at the ends of whole periods, or at all times without a period [s, m].
-    pub(super) fn heights(&self) -> Vec<(Real, Real)> {
-        let found = self.ripples.iter().filter_map(|(time, ripples)| Some((*time, ripples.as_ref().ok()?.height())));
+    /// Reliefs of the bed at the ends of whole periods, or at all times without a period [s, m].
+    pub(super) fn reliefs(&self) -> Vec<(Real, Real)> {
         match self.period {
-            Some(period) => at_whole_periods(found, period),
-            None => found.collect(),
+            Some(period) => at_whole_periods(self.relief.iter().copied(), period),
+            None => self.relief.clone(),
         }
-    }
-
-    /// Shift of the ripples in the last period \[m], and how well they are the same.
-    pub(super) fn migration(&self) -> Option<(Real, Real)> {
-        let (bed, period, settings) = (self.bed.as_ref()?, self.period?, settings_of(&self.case)?);
-        let (last, now) = (*bed.time.last()?, bed.profile.last()?);
-        let (then, before) = bed.at(last - period);
-        if (last - period - then).abs() > SAME_PHASE * period {
-            return None;
-        }
-        let range = settings.range_in(&tank_of(&self.case));
-        let longest = 0.5 * self.last_ripples()?.as_ref().ok()?.spectral_wavelength;
-        let found = migration(before, now, range, longest, &settings).ok()?;
-        Some((found.shift, found.correlation))
     }
 }
 
@@ -174,11 +133,6 @@ fn at_whole_periods(series: impl Iterator<Item = (Real, Real)>, period: Real) ->
         }
     }
     found
-}
-
-/// Settings of the ripple measurement on the main surface of the bed; `None` if the case does not ask for it.
-pub(super) fn settings_of(case: &Case) -> Option<RippleSettings> {
-    Some(recorder::settings_of(case.ripples.as_ref()?, tank_of(case).width()))
 }
 
 #[cfg(test)]

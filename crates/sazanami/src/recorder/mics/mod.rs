@@ -1,5 +1,6 @@
 //! Runs with one grid for water, air and grains: the crater, the splash, and the budgets of liquid and momentum.
 
+mod interface;
 pub(super) mod pictures;
 mod probes;
 mod series;
@@ -19,11 +20,12 @@ use sazanami_observe::splash::SplashTracker;
 use super::bed::GatheredGrains;
 use super::files::Files;
 use super::observer::{Observer, Output, SeriesCell, Step, SummaryParts, Warning};
-use crate::case::meaning::{Case, ProbePlace};
+use crate::case::meaning::{Case, FluidName, LiquidRegion, ProbePlace};
 use crate::clock::Clock;
 use crate::job::{Job, RankError, RecordError, Totals};
 use crate::state::WaterState;
 
+use interface::Interface;
 use soaked::Soaked;
 pub(super) use summary::{CONSERVATION, EROSION, Findings, REST, SOAKED, SPLASH};
 
@@ -39,6 +41,7 @@ pub(super) fn probe_page() -> String {
 }
 
 const INITIAL_HEIGHTS: &str = "observe/initial_surface";
+/// V and the volume below the plane of the rim before the impact.
 const INITIAL_NOISE: &str = "observe/initial_noise";
 /// Prefix of the bed as it lay before the impact.
 pub(super) const BEFORE: &str = "observe/before_impact/";
@@ -79,6 +82,8 @@ pub(crate) struct GridObserver {
     departures: Departures,
     /// Largest place of the interface along x1 \[m], if there is liquid.
     front: Option<Real>,
+    /// What surface tension acts on, if there is any.
+    interface: Option<Interface>,
 }
 
 impl GridObserver {
@@ -152,6 +157,7 @@ impl Observer for GridObserver {
 
     const SERIES: &'static [SeriesCell<Self>] = series::SERIES;
     const SERIES_OF_CRATER: &'static [SeriesCell<Self>] = series::CRATER;
+    const SERIES_OF_INTERFACE: &'static [SeriesCell<Self>] = series::INTERFACE;
 
     fn new(job: &Job) -> Self {
         Self {
@@ -166,10 +172,11 @@ impl Observer for GridObserver {
             liquid: None,
             through: 0.0,
             clipped: 0.0,
-            findings: Findings::default(),
+            findings: Findings { drops: drops(job.case), ..Findings::default() },
             energies: Energies::default(),
             departures: Departures::default(),
             front: None,
+            interface: None,
         }
     }
 
@@ -209,6 +216,7 @@ impl Observer for GridObserver {
         // The cell beyond the last one of a rank is another's.
         solver.fill_halos();
         self.front = front(solver);
+        self.interface = Interface::of(solver);
         self.findings.soaked = self.erosion.as_ref().and_then(|_| {
             let level = solver.domain().max(self.initial.as_ref().map_or(Real::NEG_INFINITY, InitialBed::level));
             level.is_finite().then(|| Soaked::below(level, solver))
@@ -302,7 +310,7 @@ impl Observer for GridObserver {
         }
         if let Some(initial) = &self.initial {
             snapshot.put_reals(INITIAL_HEIGHTS, initial.heights.clone());
-            snapshot.put_reals(INITIAL_NOISE, vec![initial.noise]);
+            snapshot.put_reals(INITIAL_NOISE, vec![initial.noise, initial.noise_below_rim]);
         }
         if self.erosion.is_some() {
             snapshot.put_reals(VOLUME_COURSE, self.course.pairs());
@@ -349,10 +357,18 @@ fn course(snapshot: &Snapshot, section: &str) -> VolumeCourse {
 
 /// The initial bed as the run evaluated it.
 pub(super) fn initial_heights(snapshot: &Snapshot) -> Option<InitialBed> {
-    snapshot.reals(INITIAL_HEIGHTS).ok().map(|heights| InitialBed {
-        heights: heights.to_vec(),
-        noise: snapshot.reals(INITIAL_NOISE).ok().and_then(|noise| noise.first().copied()).unwrap_or_default(),
-    })
+    let (heights, &[noise, noise_below_rim]) =
+        (snapshot.reals(INITIAL_HEIGHTS).ok()?, snapshot.reals(INITIAL_NOISE).ok()?)
+    else {
+        return None;
+    };
+    Some(InitialBed { heights: heights.to_vec(), noise, noise_below_rim })
+}
+
+/// Number of liquids that move at the start: the drops of an impact.
+pub(crate) fn drops(case: &Case) -> usize {
+    let falls = |liquid: &&LiquidRegion| liquid.fluid == FluidName::Liquid && liquid.velocity != Vector::ZERO;
+    case.liquids.iter().filter(falls).count()
 }
 
 pub(crate) fn erosion_settings(case: &Case) -> Option<ErosionSettings> {

@@ -9,11 +9,11 @@ use sazanami_numerics::Real;
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::grid::Grid;
 use sazanami_observe::BedView;
-use sazanami_observe::erosion::{Erosion, ErosionSettings, InitialBed};
+use sazanami_observe::erosion::{Erosion, ErosionSettings, InitialBed, Known};
 
 use super::GridObserver;
 use super::series::Fractions;
-use crate::artist::{BedSurface, Colouring, CraterCap, Figure, Points, Scene};
+use crate::artist::{Amount, BedSurface, Colouring, CraterCap, Figure, Points, Scene, heights_coloured};
 use crate::assembly::fluid::origin_of;
 use crate::case::meaning::{Case, GrainColour};
 use crate::job::RecordError;
@@ -24,9 +24,6 @@ use crate::recorder::observer::Output;
 const FASTEST: Real = 0.1;
 /// Room above the drop where it starts, in parts of the width of the box.
 const ABOVE: Real = 0.04;
-/// Heights that have the first and the last colour, in parts of the height of the bed before the impact.
-const COLOURED: [Real; 2] = [0.5, 1.2];
-
 /// Draws what the figures of a time are. All ranks take part.
 pub(super) fn draw(
     to: Output,
@@ -40,10 +37,10 @@ pub(super) fn draw(
     let Some(files) = files else { return Ok(()) };
     let name = format!("{:09}", clock.step());
     let [section, alone, view] = ["section", "liquid", "view"].map(|kind| files.figure(&format!("{kind}-{name}.png")));
-    let surface = observer
-        .erosion
-        .as_ref()
-        .map(|settings| bed_surface(settings, observer.initial.as_ref(), observer.findings.erosion.as_ref()));
+    let surface = observer.erosion.as_ref().map(|settings| {
+        let findings = &observer.findings;
+        bed_surface(settings, observer.initial.as_ref(), findings.erosion.as_ref(), findings.known())
+    });
     let height = grains.found.filter(BedFindings::is_bed).map(|bed| 1e-3 * bed.height_mm);
     let shapes = Arc::clone(&job.shapes);
     let grid = *solver.domain().grid();
@@ -98,8 +95,7 @@ fn colouring(case: &Case, bed: &BedView, bed_before: Option<Real>) -> Colouring 
     match case.output.grain_colour {
         GrainColour::Speed => Colouring::Speed(bed.velocity.iter().map(|v| v.length()).collect(), fastest(case)),
         GrainColour::Height => {
-            let (floor, lid) = (case.domain.lower.z, case.domain.upper.z);
-            let range = bed_before.map_or([floor, lid], |top| COLOURED.map(|part| floor + part * (top - floor)));
+            let range = heights_coloured([case.domain.lower.z, case.domain.upper.z], bed_before);
             Colouring::Height(bed.position.iter().map(|centre| centre.z).collect(), range)
         }
     }
@@ -116,6 +112,7 @@ pub(crate) fn bed_surface(
     settings: &ErosionSettings,
     before: Option<&InitialBed>,
     now: Option<&Erosion>,
+    known: Known,
 ) -> BedSurface {
     let at = |(n, height): (usize, Real)| [(n as Real + 0.5) * settings.surface_layer(), height];
     let before = before.map_or_else(Points::new, |bed| bed.heights.iter().copied().enumerate().map(at).collect());
@@ -129,10 +126,17 @@ pub(crate) fn bed_surface(
             rim_radius: erosion.crater.rim_radius,
             rim_height: erosion.crater.rim_height,
             depth: erosion.crater.depth,
-            volume: erosion.crater.volume,
-            uncertainty: erosion.volume_uncertainty(),
-            noise: erosion.noise.unwrap_or_default(),
-            rim_at_edge: erosion.crater.rim_at_edge,
+            below_rim: Amount {
+                volume: erosion.crater.volume_direct,
+                uncertainty: erosion.below_rim_uncertainty(),
+                doubts: erosion.doubts_below_rim(known).join("; "),
+            },
+            cap: Amount {
+                volume: erosion.crater.volume,
+                uncertainty: erosion.volume_uncertainty(),
+                doubts: erosion.doubts_of_cap(known).join("; "),
+            },
+            noise: erosion.noise_below_rim.unwrap_or_default(),
         }),
     }
 }

@@ -12,7 +12,7 @@ use sazanami_observe::budget::MomentumBudget;
 use sazanami_observe::erosion::Erosion;
 use sazanami_observe::splash::Splash;
 
-use super::{GridObserver, Soaked, liquid_share};
+use super::{GridObserver, Interface, Soaked, liquid_share};
 use crate::case::meaning::FieldPrecision;
 use crate::clock::Clock;
 use crate::columns::{Quantity, cells, headings, quantities};
@@ -38,6 +38,11 @@ fn of_stored(row: &SeriesRow<'_>, value: impl FnOnce(&StoredMomentum) -> Real) -
 /// An impulse since the start [N s].
 fn of_impulses(row: &SeriesRow<'_>, value: impl FnOnce(&Impulses) -> Real) -> Value {
     of_budget(row, |budget| value(&Impulses::from_terms(budget.impulses().map(|(_, impulse)| impulse))))
+}
+
+/// A measure of the interface; missing without surface tension.
+fn of_interface(row: &SeriesRow<'_>, value: impl FnOnce(&Interface) -> Real) -> Value {
+    row.observer.interface.as_ref().map(value).into()
 }
 
 /// A measure of the crater; missing where there is none.
@@ -109,18 +114,42 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<GridObserver>] = quantities! 
         => |row| of_budget(row, |budget| budget.residual().z);
     "momentum_residual_relative", "", "the residual of all directions over the largest term of the budget"
         => |row| of_budget(row, MomentumBudget::relative_residual);
-    "front", "m", "largest x1 of the interface in rows of cells: where the liquid of the last cell at least half full, and of the next, would end"
+    "front", "m", "largest x1 that the interface reaches in a row of cells, by the liquid of its last cell at least half full and of the next"
         => |row| row.observer.front.into();
+};
+
+/// Columns of the series of a run with surface tension.
+pub(in crate::recorder) const INTERFACE: &[SeriesCell<GridObserver>] = quantities! {
+    "surface_energy", "J", "surface tension times the area of the interface"
+        => |row| of_interface(row, |interface| interface.energy);
+    "largest_fluid_speed", "m/s", "largest speed of liquid and gas in a cell"
+        => |row| of_interface(row, |interface| interface.speed);
+    "velocity_deviation", "m/s", "root mean square by mass of the difference of the velocity from its mean"
+        => |row| of_interface(row, |interface| interface.deviation);
+    "gas_centre_1", "m", "mean x1 of the gas" => |row| of_interface(row, |interface| interface.gas_centre.x);
+    "gas_centre_3", "m", "mean x3 of the gas" => |row| of_interface(row, |interface| interface.gas_centre.z);
+    "curvature_by_columns", "", "cells whose curvature came from heights in columns in the last step"
+        => |row| of_step(row, |step| step.pressure.surface_tension.by_columns);
+    "curvature_by_fit", "", "cells whose curvature came from a fit in the last step"
+        => |row| of_step(row, |step| step.pressure.surface_tension.by_fit);
+    "curvature_limited", "", "cells whose curvature was set to that of a sphere of a cell's radius in the last step"
+        => |row| of_step(row, |step| step.pressure.surface_tension.limited);
+    "curvature_unknown", "", "cells with an interface whose curvature could not be told in the last step"
+        => |row| of_step(row, |step| step.pressure.surface_tension.unknown);
+    "impulse_surface_tension_1", "N s", "impulse of surface tension along x1 since the start: zero but for errors of the curvature, and where walls hold the interface"
+        => |row| of_impulses(row, |impulses| impulses.surface_tension.x);
+    "impulse_surface_tension_3", "N s", "the same along x3"
+        => |row| of_impulses(row, |impulses| impulses.surface_tension.z);
 };
 
 /// Columns of the series of a run whose crater is evaluated.
 pub(in crate::recorder) const CRATER: &[SeriesCell<GridObserver>] = quantities! {
     "crater_depth", "m", "depth of the crater below its rim, H" => |row| of_crater(row, |erosion| erosion.crater.depth);
     "rim_radius", "m", "distance of the rim from the axis, L" => |row| of_crater(row, |erosion| erosion.crater.rim_radius);
+    "erosion_volume_below_rim", "m^3", "volume of the crater below the plane of its rim"
+        => |row| of_crater(row, |erosion| erosion.crater.volume_direct);
     "erosion_volume", "m^3", "erosion volume V, eq. (14) of Yagyu et al. (2015)"
         => |row| of_crater(row, |erosion| erosion.crater.volume);
-    "erosion_volume_direct", "m^3", "volume below the plane of the rim"
-        => |row| of_crater(row, |erosion| erosion.crater.volume_direct);
     "erosion_volume_excavated", "m^3", "volume below the bed's surface before the impact"
         => |row| of_crater(row, |erosion| erosion.volume_excavated);
     "wetted_depth", "m", "from the bed's mean surface before the impact to the lowest interface of a cell at least half full"

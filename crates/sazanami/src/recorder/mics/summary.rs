@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::budget::MomentumBudget;
-use sazanami_observe::erosion::{Erosion, ErosionError, Rest, RestError, VolumeCourse};
+use sazanami_observe::erosion::{Erosion, ErosionError, Known, Rest, RestError, VolumeCourse};
 use sazanami_observe::splash::Splash;
 use serde_json::{Map, Value, json};
 
@@ -20,6 +20,10 @@ pub(crate) struct Findings {
     pub no_erosion: Option<String>,
     /// When the crater came to rest, or why that is not known; `None` without a crater that could be evaluated.
     pub rest: Option<Result<Rest, RestError>>,
+    /// Whether it rests by the evaluation of the run, where this one has other keys.
+    pub rests_in_the_run: Option<bool>,
+    /// Number of drops that fall.
+    pub drops: usize,
     pub splash: Option<Splash>,
     pub soaked: Option<Soaked>,
     pub liquid_relative_change: Real,
@@ -44,11 +48,20 @@ impl Findings {
         });
     }
 
+    /// What is known of the crater beside its surface.
+    pub fn known(&self) -> Known {
+        Known {
+            at_rest: self.rest.and_then(Result::ok).map(|rest| rest.at_rest).or(self.rests_in_the_run),
+            drops: self.drops,
+        }
+    }
+
     /// Crater and splash as the summary has them.
     pub fn observables(&self) -> Map<String, Value> {
         let mut observables = Map::new();
         if let Some(erosion) = &self.erosion {
-            observables.insert("erosion".into(), Value::Object(object(EROSION, erosion)));
+            let evaluated = Evaluated { erosion: erosion.clone(), known: self.known() };
+            observables.insert("erosion".into(), Value::Object(object(EROSION, &evaluated)));
         } else if let Some(problem) = &self.no_erosion {
             observables.insert("erosion".into(), json!({ "not_evaluated": problem }));
         }
@@ -69,19 +82,48 @@ impl Findings {
     }
 }
 
+/// An evaluation of a crater, and what is known of it beside.
+pub(crate) struct Evaluated {
+    erosion: Erosion,
+    known: Known,
+}
+
+impl std::ops::Deref for Evaluated {
+    type Target = Erosion;
+
+    fn deref(&self) -> &Erosion {
+        &self.erosion
+    }
+}
+
+/// Doubts as a text; absent where there are none.
+fn doubts(found: &[String]) -> Value {
+    if found.is_empty() { Value::Null } else { json!(found.join("; ")) }
+}
+
 /// Fields of `observables.erosion`, in the units in which craters are compared.
-pub(crate) const EROSION: &[Field<Erosion>] = quantities! {
+pub(crate) const EROSION: &[Field<Evaluated>] = quantities! {
+    "volume_below_rim_mm3", "mm^3", "volume of the crater below the plane of its rim"
+        => |erosion| json!(1e9 * erosion.crater.volume_direct);
+    "volume_below_rim_uncertainty_mm3", "mm^3", "half the width of `volume_below_rim_range_mm3`"
+        => |erosion| json!(1e9 * erosion.below_rim_uncertainty());
+    "volume_below_rim_range_mm3", "mm^3", "smallest and largest of it over three bandwidths and with the rim half a bandwidth nearer and farther"
+        => |erosion| json!(erosion.below_rim_range.map(|volume| 1e9 * volume));
+    "volume_below_rim_noise_mm3", "mm^3", "the same of the bed before the impact"
+        => |erosion| json!(erosion.noise_below_rim.map(|volume| 1e9 * volume));
+    "volume_below_rim_doubts", "", "what speaks against it: more than one drop, a rim at the edge, a crater that has not come to rest, an uncertainty above 20 %, a third or more of it in the bed before the impact; null where nothing does"
+        => |erosion| doubts(&erosion.doubts_below_rim(erosion.known));
     "volume_mm3", "mm^3", "erosion volume V, eq. (14) of Yagyu et al. (2015): that of the spherical cap with the depth and the rim radius of the crater"
         => |erosion| json!(1e9 * erosion.crater.volume);
     "volume_uncertainty_mm3", "mm^3", "half the width of `volume_range_mm3`"
         => |erosion| json!(1e9 * erosion.volume_uncertainty());
     "volume_range_mm3", "mm^3", "smallest and largest V over three bandwidths and with the rim half a bandwidth nearer and farther"
         => |erosion| json!(erosion.volume_range.map(|volume| 1e9 * volume));
-    "volume_by_layers_mm3", "mm^3", "V with the surface in the layers of the paper, one of which is the rim"
-        => |erosion| json!(erosion.by_layers.map(|crater| 1e9 * crater.volume));
     "volume_noise_mm3", "mm^3", "V of the same bed before the impact: a V that is not several times larger means nothing"
         => |erosion| json!(erosion.noise.map(|volume| 1e9 * volume));
-    "volume_direct_mm3", "mm^3", "volume below the plane of the rim" => |erosion| json!(1e9 * erosion.crater.volume_direct);
+    "volume_doubts", "", "what speaks against V, as `volume_below_rim_doubts`" => |erosion| doubts(&erosion.doubts_of_cap(erosion.known));
+    "volume_by_layers_mm3", "mm^3", "V with the surface in the layers of the paper, one of which is the rim"
+        => |erosion| json!(erosion.by_layers.map(|crater| 1e9 * crater.volume));
     "volume_excavated_mm3", "mm^3", "volume below the bed's surface before the impact"
         => |erosion| json!(erosion.volume_excavated.map(|volume| 1e9 * volume));
     "volume_rim_mm3", "mm^3", "volume heaped up above that surface"

@@ -4,7 +4,7 @@ use sazanami_numerics::Real;
 use sazanami_observe::ripples::{BedFormSettings, BedForms, SurfaceProfile, Tank};
 use serde_json::{Map, Value, json};
 
-use super::{closed, settings_of};
+use super::closed;
 use crate::case::meaning::{self, Case};
 use crate::check::{BedReport, bed_flow};
 
@@ -21,11 +21,26 @@ pub(crate) fn forms_of(
     profile: &SurfaceProfile,
     settings: &BedFormSettings,
 ) -> BedForms {
-    BedForms::of(&closed(how, profile), settings_of(how, tank.width()).range_in(tank), settings)
+    BedForms::of(&closed(how, profile), tank.range_inside(how.margin), settings)
+}
+
+/// The surface of a bed with its `relief` \[m], and the flow over it, in the form of the summary; lengths in mm.
+pub(crate) fn surface_json(
+    bed: &SurfaceProfile,
+    relief: Option<Real>,
+    forms: &BedForms,
+    flow: Option<&BedReport>,
+    tank: &Tank,
+) -> Map<String, Value> {
+    let mut found = forms_json(forms);
+    found.insert("relief_mm".into(), json!(relief.map(|relief| 1e3 * relief)));
+    found.insert("mean_height_mm".into(), json!(bed.mean().map(|z| 1e3 * (z - tank.floor))));
+    found.extend(flow.map(|flow| ("flow".to_owned(), flow_json(flow))));
+    found
 }
 
 /// Mound and ripples in the form of the summary; lengths in mm. Where there are none it says why.
-pub(crate) fn forms_json(forms: &BedForms) -> Map<String, Value> {
+fn forms_json(forms: &BedForms) -> Map<String, Value> {
     let mm = |metres: Real| 1e3 * metres;
     let mound = forms.mound.map_or_else(
         |problem| json!({ "none": problem.to_string() }),
@@ -42,6 +57,7 @@ pub(crate) fn forms_json(forms: &BedForms) -> Map<String, Value> {
         |ripples| {
             json!({
                 "wavelength_mm": mm(ripples.wavelength),
+                "wavelength_uncertainty_mm": ripples.uncertainty.map(mm),
                 "height_mm": mm(ripples.height),
                 "crests_mm": ripples.crests.iter().map(|x| mm(*x)).collect::<Vec<_>>(),
             })
@@ -51,7 +67,7 @@ pub(crate) fn forms_json(forms: &BedForms) -> Map<String, Value> {
 }
 
 /// The flow over a bed and the ripples that formulas give for it, in the form of the summary; lengths in mm.
-pub(crate) fn flow_json(flow: &BedReport) -> Value {
+fn flow_json(flow: &BedReport) -> Value {
     let mm = |metres: Real| 1e3 * metres;
     let predicted: Vec<Value> = flow
         .predicted

@@ -15,9 +15,7 @@ use sazanami_mps::stability::COMPRESSIBLE;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::budget::{FluidMomentumBudget, ParticleImpulses};
-use sazanami_observe::ripples::{
-    self, BedFormSettings, BedForms, BedSurfaces, LayerMeans, Ripples, SurfaceProfile, Tank, Unmeasured,
-};
+use sazanami_observe::ripples::{self, BedFormSettings, BedForms, LayerMeans, SurfaceProfile, Tank};
 use serde_json::{Map, json};
 
 use super::bed::GatheredGrains;
@@ -30,11 +28,9 @@ use crate::clock::Clock;
 use crate::columns::object;
 use crate::job::{Job, RankError, RecordError, Totals};
 use crate::state::{Array, WaterState};
-pub(crate) use forms::{flow_json, form_settings, forms_json, forms_of};
+pub(crate) use forms::{form_settings, forms_of, surface_json};
 use gathered::GatheredTank;
-pub(crate) use pictures::{moment, weight_of_grain};
 use rim::Rim;
-pub(crate) use series::surface_json;
 pub(super) use series::{BED, CONSERVATION, LAYERS, WATER};
 
 const INITIAL: &str = "observe/initial_tank";
@@ -49,14 +45,14 @@ pub(super) fn probe_page() -> String {
 /// Measured surfaces, forms and layers of the bed.
 #[derive(Clone, Debug)]
 pub(super) struct Found {
-    /// Surface of the bed in its three definitions.
-    pub bed: BedSurfaces,
-    /// Root mean square of the main one without its trend \[m].
+    /// Surface of the bed.
+    pub bed: SurfaceProfile,
+    /// Number of suspended grains.
+    pub suspended: usize,
+    /// Root mean square of the surface without its trend \[m].
     pub relief: Option<Real>,
-    /// Mound and ripples of the main one.
+    /// Mound and ripples.
     pub forms: BedForms,
-    /// Waves in each of them.
-    pub ripples: [Result<Ripples, Unmeasured>; 3],
     /// Averages of the lower and the upper layer.
     pub layers: [LayerMeans; 2],
 }
@@ -132,20 +128,12 @@ impl ParticleObserver {
             self.found = None;
             return;
         }
-        let surface = ripples::BedSurfaceSettings {
-            side: case.image_side,
-            ..ripples::BedSurfaceSettings::of_grains(case.grain_size)
-        };
-        let bed = BedSurfaces::of(&self.tank, &self.gathered.grain_view(), &surface);
-        let width = self.tank.width();
-        let measure = |profile: &SurfaceProfile, across: Real| measure(&case, &self.tank, profile, across);
-        let range = settings_of(&case, width).range_in(&self.tank);
-        let relief = ripples::relief(&closed(&case, &bed.concentration), range).ok();
-        let ripples =
-            [measure(&bed.concentration, width), measure(&bed.image, surface.slab), measure(&bed.top_layer, width)];
-        let forms = forms_of(&case, &self.tank, &bed.concentration, forms);
-        let layers = self.layer_means(&case, &bed.concentration);
-        self.found = Some(Found { bed, relief, forms, ripples, layers });
+        let (bed, suspended) = ripples::bed_surface(&self.tank, &self.gathered.grain_view(), case.grain_size);
+        let suspended = suspended.into_iter().filter(|&is| is).count();
+        let relief = relief_of(&case, &self.tank, &bed);
+        let forms = forms_of(&case, &self.tank, &bed, forms);
+        let layers = self.layer_means(&case, &bed);
+        self.found = Some(Found { bed, suspended, relief, forms, layers });
     }
 
     fn layer_means(&self, case: &meaning::Ripples, surface: &SurfaceProfile) -> [LayerMeans; 2] {
@@ -176,25 +164,14 @@ impl ParticleObserver {
     }
 }
 
-/// Settings of the ripple measurement on a surface that is an average over `across` \[m] across the tank.
-pub(crate) fn settings_of(case: &meaning::Ripples, across: Real) -> ripples::RippleSettings {
-    ripples::RippleSettings { margin: case.margin, ..ripples::RippleSettings::of_grains(case.grain_size, across) }
-}
-
 /// The profile of a bed without its short gaps: a bed may have a hole.
 pub(crate) fn closed(case: &meaning::Ripples, profile: &SurfaceProfile) -> SurfaceProfile {
     profile.with_gaps_closed(4.0 * case.grain_size)
 }
 
-/// Ripples of such a surface.
-pub(crate) fn measure(
-    case: &meaning::Ripples,
-    tank: &Tank,
-    profile: &SurfaceProfile,
-    across: Real,
-) -> Result<Ripples, Unmeasured> {
-    let settings = settings_of(case, across);
-    Ripples::of(&closed(case, profile), settings.range_in(tank), &settings)
+/// Relief of the surface of a bed off the end walls \[m], if it has no gaps.
+pub(crate) fn relief_of(case: &meaning::Ripples, tank: &Tank, profile: &SurfaceProfile) -> Option<Real> {
+    ripples::relief(&closed(case, profile), tank.range_inside(case.margin)).ok()
 }
 
 /// Displacement \[m] and velocity [m/s] of a tank whose walls move.
@@ -247,6 +224,7 @@ impl Observer for ParticleObserver {
 
     const SERIES: &'static [SeriesCell<Self>] = series::SERIES;
     const SERIES_OF_CRATER: &'static [SeriesCell<Self>] = &[];
+    const SERIES_OF_INTERFACE: &'static [SeriesCell<Self>] = &[];
 
     fn new(job: &Job) -> Self {
         Self {
@@ -398,11 +376,9 @@ impl Observer for ParticleObserver {
     fn summary_parts(&self) -> SummaryParts {
         let mut observables = Map::new();
         if let Some(found) = &self.found {
-            let mut ripples = series::ripples_json(found, &self.tank);
-            if let (Some(flow), Some(ripples)) = (&self.flow, ripples.as_object_mut()) {
-                ripples.insert("flow".into(), flow_json(flow));
-            }
-            observables.insert("ripples".into(), ripples);
+            let mut ripples = surface_json(&found.bed, found.relief, &found.forms, self.flow.as_ref(), &self.tank);
+            ripples.insert("suspended_grains".into(), json!(found.suspended));
+            observables.insert("ripples".into(), ripples.into());
         }
         if let Some(level) = self.water.mean() {
             let extent = self.water.extent().unwrap_or_default();

@@ -1,19 +1,17 @@
 //! Pictures at output times: the tank seen from the side with grains coloured by speed, drag and pressure force, and the
-//! water between them (as figure 3 of Tazaki et al.), and the surfaces of bed and water (as their figure 2).
+//! water between them (as figure 3 of Tazaki et al.).
 
 use std::fmt::Write as _;
 
-use sazanami_io::MeasuredProfile;
 use sazanami_numerics::{Real, Vector};
-use sazanami_observe::ripples::{SectionWindow, SurfaceProfile, submerged_weight, vectors_in_section};
+use sazanami_observe::ripples::{SectionWindow, submerged_weight, vectors_in_section};
 
-use super::{Found, ParticleObserver};
-use crate::artist::{Colouring, Figure, SideView, Surfaces};
+use super::ParticleObserver;
+use crate::artist::{Colouring, Figure, SideView};
 use crate::case::meaning::{COLOUR_FORCE, Case};
 use crate::clock::Clock;
 use crate::job::{Job, RecordError};
 use crate::recorder::files::Files;
-use crate::results::BED_DEFINITIONS;
 
 /// Part of the width of a tank, about its middle, in which grains are drawn; a thin slab hides nothing.
 const SLAB: Real = 0.3;
@@ -38,21 +36,15 @@ pub(super) fn draw(
     let Some(artist) = job.options.artist else { return Ok(()) };
     let name = format!("{:09}", clock.step());
     let moment = moment(job.case, observer.period, clock.time());
-    let [grains, profiles] = ["grains", "profiles"].map(|kind| files.figure(&format!("{kind}-{name}.png")));
+    let grains = files.figure(&format!("grains-{name}.png"));
     let side = side_view(job.case, observer, &moment);
-    let moments = [surfaces(job.case, observer, clock.time(), moment)];
-    let (title, domain) = (job.case.caption().to_owned(), &job.case.domain);
-    let x_range = [domain.lower.x, domain.upper.x];
-    files.drawing.add(move || {
-        artist.draw(&Figure::Tank(&side), &grains)?;
-        artist.draw(&Figure::Surfaces { title: &title, moments: &moments, x_range }, &profiles)
-    });
+    files.drawing.add(move || artist.draw(&Figure::Tank(&side), &grains));
     Ok(())
 }
 
 /// Caption of a time \[s] in pictures: with the phase of the tank, if it has a `period` \[s], and where it is and how
 /// it accelerates, if it moves.
-pub(crate) fn moment(case: &Case, period: Option<Real>, time: Real) -> String {
+fn moment(case: &Case, period: Option<Real>, time: Real) -> String {
     let mut text = format!("t = {time:.3} s");
     if let Some(period) = period {
         let hundredths = (1e2 * time / period).round().rem_euclid(1e2);
@@ -130,22 +122,8 @@ fn arrows(observer: &ParticleObserver, window: &SectionWindow) -> Vec<([Real; 2]
     vectors
 }
 
-/// Surfaces of bed and water, and what was measured of them.
-fn surfaces(case: &Case, observer: &ParticleObserver, time: Real, title: String) -> Surfaces {
-    let named = |name: &str, profile: &SurfaceProfile| (name.to_owned(), profile.points_with_gaps().collect());
-    let mut moment = Surfaces { title, water: vec![named("", &observer.water)], ..Surfaces::default() };
-    if let Some(Found { bed, .. }) = &observer.found {
-        let [main, image, top_layer] = BED_DEFINITIONS;
-        moment.bed.push(named(main, &bed.concentration));
-        moment.other_beds.extend([named(image, &bed.image), named(top_layer, &bed.top_layer)]);
-    }
-    let points = |profile: Option<MeasuredProfile>| profile.map(|profile| profile.points).unwrap_or_default();
-    [moment.measured_bed, moment.measured_water] = case.measured_at(time).map(points);
-    moment
-}
-
 /// Submerged weight of a grain of the first population \[N].
-pub(crate) fn weight_of_grain(case: &Case) -> Real {
+fn weight_of_grain(case: &Case) -> Real {
     let first = case.grains.first();
     let density = first.and_then(|kind| case.material(&kind.material)).map_or(SAND, |material| material.density);
     let size = first.and_then(|kind| kind.shape.size()).unwrap_or(1e-3);

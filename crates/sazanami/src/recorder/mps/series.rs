@@ -2,10 +2,10 @@
 
 use sazanami_io::table::Value;
 use sazanami_numerics::Real;
-use sazanami_observe::ripples::{CrestedRipples, LayerMeans, Mound, Ripples, SurfaceProfile, Tank, Unmeasured};
+use sazanami_observe::ripples::{CrestedRipples, LayerMeans, Mound};
 use serde_json::json;
 
-use super::{Found, ParticleObserver, TankSums, forms_json};
+use super::{Found, ParticleObserver, TankSums};
 use crate::clock::Clock;
 use crate::columns::{Cell, Field, Quantity, cells, headings, quantities};
 use crate::job::RecordError;
@@ -19,12 +19,6 @@ type SeriesRow<'a> = Row<'a, ParticleObserver>;
 /// A measure of the bed; missing where there is none.
 fn of_bed<T: Into<Value>>(row: &SeriesRow<'_>, value: impl FnOnce(&Found) -> T) -> Value {
     row.observer.found.as_ref().map(value).into()
-}
-
-/// A measure of the ripples on the main surface of the bed; missing where there are none.
-fn of_ripples(row: &SeriesRow<'_>, value: impl FnOnce(&Ripples) -> Result<Real, Unmeasured>) -> Value {
-    let main = row.observer.found.as_ref().and_then(|found| found.ripples[0].as_ref().ok());
-    main.and_then(|ripples| value(ripples).ok()).into()
 }
 
 /// A measure of the mound of the bed; missing where there is none.
@@ -71,7 +65,7 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<ParticleObserver>] = quantiti
         => |row| of_step(row, |step| step.tensile_cutoffs);
     "cut_coefficients", "", "coefficients of the pressure equation that were cut to zero"
         => |row| of_step(row, |step| step.pressure.cut_coefficients);
-    "limited_rows", "", "particles beside the surface whose support beyond it is taken as half a neighbourhood; some in spray"
+    "limited_rows", "", "particles beside the surface whose missing neighbours count as half a neighbourhood at most in the pressure equation; some in spray"
         => |row| of_step(row, |step| step.pressure.limited_rows);
     "stabilised_pairs", "", "with the published scheme alone: pairs that the dynamic stabilisation (DS) pushes apart; 0.7 to 0.9 of the number of fluid particles"
         => |row| of_step(row, |step| step.stabilised_pairs);
@@ -124,27 +118,16 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<ParticleObserver>] = quantiti
         => |row| row.observer.rim.as_ref().map(|rim| rim.above).into();
     "bed_relief", "m", "root mean square of the bed's surface without its trend, all wavelengths"
         => |row| of_bed(row, |bed| bed.relief);
-    "ripple_height", "m", "2 sqrt(2) times the standard deviation within the band of wavelengths of ripples"
-        => |row| of_ripples(row, |ripples| Ok(ripples.height()));
-    "ripple_crest_to_trough", "m", "mean height from crest to trough"
-        => |row| of_ripples(row, |ripples| ripples.crest_to_trough);
-    "ripple_wavelength_spectrum", "m", "wavelength: centre of the spectrum"
-        => |row| of_ripples(row, |ripples| Ok(ripples.spectral_wavelength));
-    "ripple_wavelength_crossings", "m", "wavelength: mean distance of upward crossings"
-        => |row| of_ripples(row, |ripples| ripples.crossing_wavelength);
-    "ripple_wavelength_correlation", "m", "wavelength: first maximum of the correlation"
-        => |row| of_ripples(row, |ripples| ripples.correlation_wavelength);
-    "ripple_steepness", "", "height over wavelength" => |row| of_ripples(row, |ripples| ripples.steepness());
     "mound_wavelength", "m", "wavelength of the highest peak of the whole spectrum of the bed"
         => |row| of_mound(row, |mound| mound.wavelength);
     "mound_height", "m", "highest less lowest place of the bed without the waves of ripples; missing below a grain's size"
         => |row| of_mound(row, |mound| mound.height);
     "ripple_crests", "", "crests of at least a grain's size among waves as short as ripples, where the flow allows them"
         => |row| of_crests(row, |ripples| ripples.crests.len() as Real);
-    "ripple_crest_spacing", "m", "mean distance of these crests" => |row| of_crests(row, |ripples| ripples.wavelength);
+    "ripple_crest_spacing", "m", "wavelength of ripples: mean distance of these crests" => |row| of_crests(row, |ripples| ripples.wavelength);
     "ripple_crest_height", "m", "mean height of these crests above the troughs beside them"
         => |row| of_crests(row, |ripples| ripples.height);
-    "suspended_grains", "", "grains that are not part of the bed" => |row| of_bed(row, |bed| bed.bed.suspended);
+    "suspended_grains", "", "grains that are not part of the bed" => |row| of_bed(row, |bed| bed.suspended);
 };
 
 /// Fields of `conservation` in the summary.
@@ -175,21 +158,19 @@ pub(in crate::recorder) const WATER: &[Cell<WaterPlace>] = quantities! {
     "z", "m", "height of the water's surface" => |at| at.height.into();
 };
 
-/// A place of the bed's surface at a time, in its three definitions.
+/// A place of the bed's surface at a time.
 pub(in crate::recorder) struct BedPlace {
     time: Real,
     x: Real,
-    heights: [Option<Real>; 3],
+    height: Option<Real>,
 }
 
 /// Columns of the profiles of the bed.
 pub(in crate::recorder) const BED: &[Cell<BedPlace>] = quantities! {
     "time", "s", "simulated time" => |at| at.time.into();
     "x", "m", "place along x1" => |at| at.x.into();
-    "z_concentration", "m", "height at which the concentration of grains is 0.30, the main definition"
-        => |at| at.heights[0].into();
-    "z_image", "m", "outline of the bed seen from the side, as in a photograph" => |at| at.heights[1].into();
-    "z_top_layer", "m", "mean height of the topmost grains" => |at| at.heights[2].into();
+    "z_concentration", "m", "height of the bed: the highest place at which grains, averaged across the tank, take up 0.30 of the space"
+        => |at| at.height.into();
 };
 
 /// Averages over a layer of the bed at a time.
@@ -223,54 +204,11 @@ pub(super) fn tables(observer: &ParticleObserver, clock: &Clock, files: &mut Fil
     files.add(WATER_PROFILES, || headings(WATER), clock, &rows)?;
     let Some(found) = &observer.found else { return Ok(()) };
     let bed = &found.bed;
-    let place = |n: usize| {
-        let x = bed.concentration.x(n);
-        BedPlace { time, x, heights: [bed.concentration.heights[n], bed.image.at(x), bed.top_layer.at(x)] }
-    };
-    let rows: Vec<Vec<Value>> = (0..bed.concentration.len()).map(|n| cells(BED, &place(n)).collect()).collect();
+    let place = |n: usize| BedPlace { time, x: bed.x(n), height: bed.heights[n] };
+    let rows: Vec<Vec<Value>> = (0..bed.len()).map(|n| cells(BED, &place(n)).collect()).collect();
     files.add(BED_PROFILES, || headings(BED), clock, &rows)?;
     let layers = ["lower", "upper"].into_iter().zip(&found.layers);
     let rows: Vec<Vec<Value>> =
         layers.map(|(name, means)| cells(LAYERS, &LayerAt { time, name, means }).collect()).collect();
     files.add(LAYER_MEANS, || headings(LAYERS), clock, &rows)
-}
-
-/// Ripples of one surface in the form of the summary; lengths in mm. Where there are none it says why.
-pub(crate) fn surface_json(
-    ripples: &Result<Ripples, Unmeasured>,
-    profile: &SurfaceProfile,
-    tank: &Tank,
-) -> serde_json::Value {
-    let mean_height = profile.mean().map(|z| 1e3 * (z - tank.floor));
-    match ripples {
-        Ok(ripples) => {
-            let mm = |value: &Result<Real, Unmeasured>| value.as_ref().ok().map(|value| 1e3 * value);
-            json!({
-                "wavelength_mm": 1e3 * ripples.spectral_wavelength,
-                "wavelength_crossings_mm": mm(&ripples.crossing_wavelength),
-                "wavelength_correlation_mm": mm(&ripples.correlation_wavelength),
-                "height_mm": 1e3 * ripples.height(),
-                "crest_to_trough_mm": mm(&ripples.crest_to_trough),
-                "steepness": ripples.steepness().ok(),
-                "relief_mm": 1e3 * ripples.relief,
-                "waves": ripples.waves,
-                "mean_height_mm": mean_height,
-            })
-        }
-        Err(problem) => json!({ "not_measured": problem.to_string(), "mean_height_mm": mean_height }),
-    }
-}
-
-/// Ripples in the form of the summary: of the main surface, with those of the others in it.
-pub(super) fn ripples_json(found: &Found, tank: &Tank) -> serde_json::Value {
-    let of = |ripples, profile| surface_json(ripples, profile, tank);
-    let mut main = of(&found.ripples[0], &found.bed.concentration);
-    if let Some(main) = main.as_object_mut() {
-        main.insert("image".into(), of(&found.ripples[1], &found.bed.image));
-        main.insert("top_layer".into(), of(&found.ripples[2], &found.bed.top_layer));
-        main.insert("relief_mm".into(), json!(found.relief.map(|relief| 1e3 * relief)));
-        main.extend(forms_json(&found.forms));
-        main.insert("suspended_grains".into(), json!(found.bed.suspended));
-    }
-    main
 }

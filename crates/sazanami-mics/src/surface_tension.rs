@@ -1,0 +1,426 @@
+//! Surface tension, in balance with the pressure gradient.
+//!
+//! With the curvature kappa of the interface, positive where the liquid is convex, the pressure jumps across a face by
+//!
+//! ```text
+//! T_f = sigma kappa_f (C_R - C_L)
+//! ```
+//!
+//! and wherever the step has the difference `p_R - p_L` of the pressures beside a face it has `p_R - p_L - T_f`: in the velocities of
+//! the faces, in those of the cells, in the stress on grains. A drop whose curvature is the same everywhere is thus at rest to
+//! rounding whatever its shape on the grid, with a pressure that jumps by sigma kappa. Continuum surface force: Brackbill, Kothe and
+//! Zemach (1992), J. Comput. Phys. 100, 335; balance: Francois et al. (2006), J. Comput. Phys. 213, 141, and Popinet (2009), J. Comput.
+//! Phys. 228, 5838.
+//!
+//! On a face kappa is the mean of the cells beside it that have an interface; that of cells where heights fail has a weight of C (1 - C). At walls the liquid meets the wall at 90 degrees: it goes
+//! on behind as its mirror image. Where grains are, the liquid fraction goes on in the covered part as the transport has it there, and the
+//! interface with it: there is no contact angle. Grains get their part of the jump with that of the pressure, the pull of the line in
+//! which the interface meets them included; between cells that grains cover whole there is none.
+
+mod curvature;
+mod fit;
+mod heights;
+
+use sazanami_numerics::domain::{Domain, GhostRules};
+use sazanami_numerics::grid::{Field, GHOSTS};
+use sazanami_numerics::{Real, Vector};
+
+use crate::boundary::Boundary;
+use crate::flow::Flow;
+use crate::fluids::Fluids;
+use crate::interface::neighbourhood;
+use crate::mobility::{Mobility, RowSet};
+use curvature::{Found, Surroundings, largest_curvature};
+use heights::Heights;
+
+/// Curvature of a cell without one [1/m].
+const NONE: Real = Real::MAX;
+/// Curvature of a cell with an interface whose curvature cannot be told [1/m].
+const UNKNOWN: Real = Real::INFINITY;
+
+/// Least weight of a curvature by a fit. That of a cell which the interface hardly touches is known least: C (1 - C).
+const LEAST_WEIGHT: Real = 1e-3;
+
+/// Solid fraction from which on a cell counts as covered whole, as for its friction.
+const COVERED: Real = 0.99;
+
+/// Where the curvature of the interface comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Curvature {
+    /// From the liquid fractions.
+    Found,
+    /// It is this everywhere [1/m]: a test of the balance of forces.
+    Given(Real),
+}
+
+/// Diagnostics of the surface tension in one step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SurfaceTensionReport {
+    /// Cells whose curvature came from heights in columns, summed over the passes.
+    pub by_columns: u64,
+    /// Cells whose curvature came from the paraboloid nearest to heights or planes.
+    pub by_fit: u64,
+    /// Cells by a fit whose curvature was larger than that of a sphere of a cell's radius, which it was set to.
+    pub limited: u64,
+    /// Cells with an interface whose curvature could not be told; the faces beside them take that of the other side.
+    pub unknown: u64,
+    /// Impulse on the fluid over all ranks [N s]: zero but for the error of the curvature, and where the interface ends at walls.
+    pub impulse: Vector,
+}
+
+impl std::ops::AddAssign for SurfaceTensionReport {
+    fn add_assign(&mut self, other: Self) {
+        self.by_columns += other.by_columns;
+        self.by_fit += other.by_fit;
+        self.limited += other.limited;
+        self.unknown += other.unknown;
+        self.impulse += other.impulse;
+    }
+}
+
+/// Curvature of the interface in the cells.
+struct Curvatures {
+    /// The curvature [1/m].
+    kappa: Field<Real>,
+    /// Its weight on the faces of the cell: 1 from columns, less from a fit, 0 where there is none.
+    weight: Field<f32>,
+}
+
+impl Curvatures {
+    fn new(domain: &Domain) -> Self {
+        Self { kappa: domain.field(NONE), weight: domain.field(0.0) }
+    }
+
+    /// Finds that of each cell from what is around it.
+    fn find(&mut self, domain: &Domain, around: &Surroundings<'_>) {
+        let c = around.c;
+        let fields = (self.kappa.data_mut(), self.weight.data_mut());
+        domain.for_each_row(&domain.interior(), fields, |row, (kappa, weight)| {
+            for ((kappa, weight), at) in kappa.iter_mut().zip(weight).zip(row.shifted(0)) {
+                (*kappa, *weight) = if !around.has_interface(at) {
+                    (NONE, 0.0)
+                } else if let Some((kappa, found)) = around.curvature(at) {
+                    let by_fit = (c[at] * (1.0 - c[at])).max(LEAST_WEIGHT) as f32;
+                    (kappa, if found == Found::Columns { 1.0 } else { by_fit })
+                } else {
+                    (UNKNOWN, 0.0)
+                };
+            }
+        });
+        self.fill_halos(domain, GHOSTS);
+    }
+
+    /// Takes those of `own`, and where a cell has none from columns that of the cell with the height of its column, if that has one: it
+    /// is of the same place of the interface, and its columns are in reach.
+    fn lend(&mut self, domain: &Domain, around: &Surroundings<'_>, own: &Self) {
+        let (from, by) = (own.kappa.data(), own.weight.data());
+        let fields = (self.kappa.data_mut(), self.weight.data_mut());
+        domain.for_each_row(&domain.interior(), fields, |row, (kappa, weight)| {
+            let cells = row.shifted(0);
+            kappa.copy_from_slice(&from[cells.clone()]);
+            weight.copy_from_slice(&by[cells.clone()]);
+            for ((kappa, weight), at) in kappa.iter_mut().zip(weight).zip(cells) {
+                if *kappa != NONE
+                    && *weight < 1.0
+                    && let Some(lender) = around.lender(at, |at| by[at] == 1.0)
+                {
+                    (*kappa, *weight) = (from[lender], 1.0);
+                }
+            }
+        });
+        self.fill_halos(domain, 1);
+    }
+
+    fn fill_halos(&mut self, domain: &Domain, depth: usize) {
+        let Self { kappa, weight } = self;
+        domain.fill_halos_to(depth, &mut [(kappa, &GhostRules::EVEN)]);
+        domain.fill_halos_to(depth, &mut [(weight, &GhostRules::EVEN)]);
+    }
+}
+
+/// Surface tension on one rank.
+pub struct SurfaceTension {
+    coefficient: Real,
+    of: Curvature,
+    heights: Heights,
+    /// As each cell finds it from what is around it, all ghosts filled.
+    own: Curvatures,
+    /// With what cells lend to those of the same column, one ghost layer filled.
+    lent: Curvatures,
+    /// Jump of the pressure across the lower faces \[Pa].
+    jump: [Field<Real>; 3],
+    /// Rows with an interface, and with the rows beside them: those of faces with a jump.
+    rows: [RowSet; 2],
+    /// Sides of the box that are neither walls nor periodic let the interface out: the jump there is that of what stands outside.
+    ends: [[bool; 2]; 3],
+    report: SurfaceTensionReport,
+}
+
+impl SurfaceTension {
+    /// A surface tension of `coefficient` [N/m]; no jump before it is first found.
+    #[must_use]
+    pub fn new(domain: &Domain, boundary: &Boundary, coefficient: Real, of: Curvature) -> Self {
+        let ends = [0, 1, 2].map(|d| [0, 1].map(|side| domain.at_box_end(d, side) && !domain.periodic()[d]));
+        Self {
+            coefficient,
+            of,
+            heights: Heights::new(domain, boundary),
+            own: Curvatures::new(domain),
+            lent: Curvatures::new(domain),
+            jump: std::array::from_fn(|_| domain.field(0.0)),
+            rows: Default::default(),
+            ends,
+            report: SurfaceTensionReport::default(),
+        }
+    }
+
+    /// Surface tension [N/m].
+    #[must_use]
+    pub fn coefficient(&self) -> Real {
+        self.coefficient
+    }
+
+    /// Jump of the pressure across the lower faces in each direction \[Pa].
+    #[must_use]
+    pub fn jump(&self) -> &[Field<Real>; 3] {
+        &self.jump
+    }
+
+    /// The same for writing, at a restart; [`Self::jump_is_set`] follows.
+    pub(crate) fn jump_mut(&mut self) -> &mut [Field<Real>; 3] {
+        &mut self.jump
+    }
+
+    /// Takes note of the rows of faces with a jump, after it was written.
+    pub(crate) fn jump_is_set(&mut self, domain: &Domain) {
+        let [_, n2, n3] = domain.cells();
+        let jump = self.jump.each_ref();
+        let inside = |n: isize, last: usize| (0..=last as isize).contains(&n);
+        self.rows[1].mark([n2, n3], |j, k| {
+            inside(j, n2)
+                && inside(k, n3)
+                && (0..3).any(|d| {
+                    let range = domain.faces(d);
+                    let start = jump[d].at(0, j, k);
+                    range[1].contains(&j)
+                        && range[2].contains(&k)
+                        && jump[d].data()[start..start + range[0].len()].iter().any(|&t| t != 0.0)
+                })
+        });
+    }
+
+    /// Curvature of the interface in the cell at a place in memory [1/m], as it was last found; `None` where there is none.
+    #[must_use]
+    pub fn curvature(&self, at: usize) -> Option<Real> {
+        let kappa = self.lent.kappa.data()[at];
+        (kappa.abs() < NONE).then_some(kappa)
+    }
+
+    /// Reciprocal of the longest stable step [1/s]: the shortest capillary wave on the grid, of two cells, must not cross a cell in a step
+    /// (Brackbill et al. 1992; `dt < sqrt((rho_l + rho_g) dx^3 / (4 pi sigma))`).
+    #[must_use]
+    pub fn rate(&self, domain: &Domain, fluids: &Fluids) -> Real {
+        capillary_rate(self.coefficient, fluids, domain.grid().spacing, domain.grid().cells)
+    }
+
+    /// Finds curvature and jump of the liquid in `flow`, ghosts of the liquid fraction filled; within what grains cover whole there is no
+    /// jump: `solid` is the solid fraction, one ghost layer filled, if there are grains. Collective.
+    pub fn find(&mut self, domain: &Domain, flow: &Flow, solid: Option<&[Real]>) {
+        let (c, strides) = (flow.volume_fraction.data(), domain.strides());
+        let [_, n2, n3] = domain.cells();
+        match self.of {
+            Curvature::Given(kappa) => self.lent.kappa.fill(kappa),
+            Curvature::Found => {
+                self.heights.find(domain, &flow.volume_fraction);
+                let around = Surroundings { c, heights: &self.heights, strides, spacing: domain.grid().spacing };
+                let Self { own, lent, .. } = self;
+                own.find(domain, &around);
+                lent.lend(domain, &around, own);
+            }
+        }
+        let kappa = &self.lent.kappa;
+        let [with, beside] = &mut self.rows;
+        with.mark([n2, n3], |j, k| {
+            let start = kappa.at(-1, j, k);
+            kappa.data()[start..start + domain.cells()[0] + 2].iter().any(|&kappa| kappa.abs() < NONE)
+        });
+        beside.and_beside(domain, with);
+        let (kappa, weight) = (kappa.data(), self.lent.weight.data());
+        for (d, jump) in self.jump.iter_mut().enumerate() {
+            let (behind, last) = (strides[d] as usize, domain.cells()[d] as isize);
+            let ends = self.ends[d];
+            domain.for_each_row(&domain.faces(d), jump.data_mut(), |row, jump| {
+                if !beside.holds(row.j, row.k) {
+                    return jump.fill(0.0);
+                }
+                for (i, (jump, at)) in jump.iter_mut().zip(row.shifted(0)).enumerate() {
+                    let index = [row.first + i as isize, row.j, row.k][d];
+                    let difference = c[at] - c[at - behind];
+                    let is_end = (ends[0] && index == 0) || (ends[1] && index == last);
+                    let is_inside = solid.is_some_and(|alpha| alpha[at - behind].min(alpha[at]) >= COVERED);
+                    *jump = if difference == 0.0 || is_end || is_inside {
+                        0.0
+                    } else {
+                        self.coefficient
+                            * difference
+                            * on_face([kappa[at - behind], kappa[at]], [weight[at - behind], weight[at]])
+                    };
+                }
+            });
+        }
+        self.count(domain);
+    }
+
+    /// Counts what the curvature was found from.
+    fn count(&mut self, domain: &Domain) {
+        let (kappa, weight, rows) = (self.lent.kappa.data(), self.lent.weight.data(), &self.rows[0]);
+        let largest = largest_curvature(domain.grid().spacing);
+        let counts = domain.sum_rows(&domain.interior(), |row| {
+            let mut counts = [0.0; 4];
+            if rows.holds(row.j, row.k) {
+                for at in row.shifted(0).filter(|&at| kappa[at] != NONE) {
+                    counts[if weight[at] == 1.0 {
+                        0
+                    } else if kappa[at] == UNKNOWN {
+                        3
+                    } else {
+                        1 + usize::from(kappa[at].abs() == largest)
+                    }] += 1.0;
+                }
+            }
+            counts
+        });
+        let [by_columns, by_fit, limited, unknown] = domain.sum(counts).map(|n| n as u64);
+        self.report = SurfaceTensionReport { by_columns, by_fit, limited, unknown, ..SurfaceTensionReport::default() };
+    }
+
+    /// Adds the acceleration by the jump over `dt` \[s] to the velocity of the faces.
+    pub(crate) fn push_faces(
+        &self,
+        domain: &Domain,
+        density: &Field<Real>,
+        mobility: &Mobility,
+        face_velocity: &mut [Field<Real>; 3],
+        dt: Real,
+    ) {
+        let rho = density.data();
+        for (d, uf) in face_velocity.iter_mut().enumerate() {
+            let (behind, scale) = (domain.strides()[d] as usize, 2.0 * dt / domain.grid().spacing[d]);
+            let jump = self.jump[d].data();
+            domain.for_each_row(&domain.faces(d), uf.data_mut(), |row, uf| {
+                if !self.rows[1].holds(row.j, row.k) {
+                    return;
+                }
+                let mobility = mobility.of(d, &row, false);
+                for (i, at) in row.shifted(0).enumerate() {
+                    uf[i] += scale * mobility[i] * (jump[at] / (rho[at - behind] + rho[at]));
+                }
+            });
+        }
+    }
+
+    /// Adds the mean acceleration of opposite faces by the jump over `dt` \[s] to the velocity of the cells; returns the impulse over all
+    /// ranks [N s]. Collective.
+    pub(crate) fn push_cells(
+        &self,
+        domain: &Domain,
+        density: &Field<Real>,
+        velocity: &mut [Field<Real>; 3],
+        dt: Real,
+    ) -> Vector {
+        let rho = density.data();
+        let gained = |d: usize, at: usize| {
+            let (jump, stride) = (self.jump[d].data(), domain.strides()[d] as usize);
+            let (below, above) = (at - stride, at + stride);
+            (dt / domain.grid().spacing[d]) * (jump[at] / (rho[below] + rho[at]) + jump[above] / (rho[at] + rho[above]))
+        };
+        let [u1, u2, u3] = velocity.each_mut().map(Field::data_mut);
+        domain.for_each_row(&domain.interior(), (u1, u2, u3), |row, (u1, u2, u3)| {
+            if self.rows[1].holds(row.j, row.k) {
+                for (d, u) in [u1, u2, u3].into_iter().enumerate() {
+                    u.iter_mut().zip(row.shifted(0)).for_each(|(u, at)| *u += gained(d, at));
+                }
+            }
+        });
+        let sum = domain.sum_rows(&domain.interior(), |row| {
+            let mut sum = [0.0; 3];
+            if self.rows[1].holds(row.j, row.k) {
+                row.shifted(0).for_each(|at| (0..3).for_each(|d| sum[d] += rho[at] * gained(d, at)));
+            }
+            sum
+        });
+        Vector::from_array(domain.sum(sum)) * domain.grid().cell_volume()
+    }
+
+    /// Adds the acceleration by the jump to that on the lower faces [m/s^2].
+    pub(crate) fn add_acceleration(&self, domain: &Domain, density: &Field<Real>, faces: &mut [Field<Real>; 3]) {
+        let rho = density.data();
+        for (d, faces) in faces.iter_mut().enumerate() {
+            let (behind, per_width) = (domain.strides()[d] as usize, 2.0 / domain.grid().spacing[d]);
+            let jump = self.jump[d].data();
+            domain.for_each_row(&domain.faces(d), faces.data_mut(), |row, faces| {
+                if self.rows[1].holds(row.j, row.k) {
+                    for (face, at) in faces.iter_mut().zip(row.shifted(0)) {
+                        *face += per_width * (jump[at] / (rho[at - behind] + rho[at]));
+                    }
+                }
+            });
+        }
+    }
+
+    /// What [`Self::find`] found last, with the impulse that it gave [N s].
+    #[must_use]
+    pub fn report(&self, impulse: Vector) -> SurfaceTensionReport {
+        SurfaceTensionReport { impulse, ..self.report }
+    }
+
+    /// Energy of the interface over all ranks \[J]: sigma times the area of the planes in the cells; ghosts of the liquid fraction filled.
+    #[must_use]
+    pub fn energy(&self, domain: &Domain, flow: &Flow) -> Real {
+        let (c, strides) = (flow.volume_fraction.data(), domain.strides());
+        let around = Surroundings { c, heights: &self.heights, strides, spacing: domain.grid().spacing };
+        let area = domain.sum_rows(&domain.interior(), |row| {
+            let mut area = 0.0;
+            for at in row.shifted(0) {
+                if (heights::PURE..=1.0 - heights::PURE).contains(&c[at]) {
+                    area += around.facet(&neighbourhood(c, at, strides)).map_or(0.0, |facet| facet.area);
+                } else {
+                    // An interface on a face is counted from the full cell.
+                    for (d, s) in strides.into_iter().enumerate().filter(|_| c[at] > 0.5) {
+                        let beside = [at as isize - s, at as isize + s].into_iter();
+                        let empty = beside.filter(|&n| c[n as usize] < heights::PURE).count();
+                        area += empty as Real * domain.grid().face_area(d);
+                    }
+                }
+            }
+            [area]
+        });
+        self.coefficient * domain.sum(area)[0]
+    }
+}
+
+/// Reciprocal of the longest step that resolves the shortest capillary waves on a grid of `cells` with this `spacing` \[m] [1/s].
+#[must_use]
+pub fn capillary_rate(coefficient: Real, fluids: &Fluids, spacing: Vector, cells: [usize; 3]) -> Real {
+    // A direction of one cell has no waves.
+    let edges = (0..3).filter(|&d| cells[d] > 1).map(|d| spacing[d]);
+    let edge = edges.reduce(Real::min).unwrap_or_else(|| spacing.min_element());
+    let density = fluids.liquid_density + fluids.gas_density;
+    (4.0 * std::f64::consts::PI * coefficient / (density * edge.powi(3))).sqrt()
+}
+
+/// Curvature on a face between two cells of curvature `kappa` [1/m]: the mean of those known by their weights.
+#[inline]
+fn on_face(kappa: [Real; 2], weight: [f32; 2]) -> Real {
+    match kappa.map(|kappa| kappa.abs() < NONE) {
+        [true, true] => {
+            let [below, above] = weight.map(Real::from);
+            let sum = below + above;
+            let share = if sum > 0.0 { above / sum } else { 0.5 };
+            kappa[0] + share * (kappa[1] - kappa[0])
+        }
+        [true, false] => kappa[0],
+        [false, true] => kappa[1],
+        [false, false] => 0.0,
+    }
+}

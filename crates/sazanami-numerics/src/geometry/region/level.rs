@@ -1,0 +1,150 @@
+//! Distances to the surfaces of regions, and the share of a cell by lines along their normals.
+
+use super::{Region, Wave};
+use crate::{Real, Vector};
+
+/// Halvings by which a line finds the surface: to 1e-9 of the cell.
+const HALVINGS: usize = 30;
+
+impl Region {
+    /// Whether vertical lines through it are not reckoned.
+    pub(super) fn has_level_alone(&self) -> bool {
+        match self {
+            Self::Cylinder { .. } | Self::Wavy { .. } => true,
+            Self::Union(members) => members.iter().any(Self::has_level_alone),
+            Self::Box { .. } | Self::Sphere { .. } | Self::Spheroid { .. } | Self::HalfSpace { .. } => false,
+        }
+    }
+
+    /// A length that is negative within the region and positive outside, never larger than the distance to the surface \[m].
+    pub(super) fn level(&self, point: Vector) -> Real {
+        match self {
+            Self::Box { lower, upper } => (*lower - point).max(point - *upper).max_element(),
+            Self::Sphere { centre, radius } => point.distance(*centre) - radius,
+            Self::Spheroid { centre, semi_axes, orientation } => {
+                let scaled = (orientation.inverse() * (point - *centre) / *semi_axes).length();
+                (scaled - 1.0) * semi_axes.min_element()
+            }
+            Self::HalfSpace { point: on, normal } => (point - *on).dot(normal.normalize_or_zero()),
+            Self::Cylinder { centre, axis, semi_axes: [a, b], wave } => {
+                let from = point - *centre;
+                let across = [1, 2].map(|n| from[(axis + n) % 3]);
+                let scaled = (across[0] / a).hypot(across[1] / b);
+                ((scaled - 1.0) * a.min(*b) - wave.at(from[*axis])) / wave.steepness()
+            }
+            Self::Wavy { crest, up, along, wave } => {
+                let from = point - *crest;
+                (from[*up] + wave.amplitude - wave.at(from[*along])) / wave.steepness()
+            }
+            Self::Union(members) => members.iter().map(|m| m.level(point)).fold(Real::INFINITY, Real::min),
+        }
+    }
+
+    /// Share of the cell with this centre and these half edges, on `lines` x `lines` lines along the direction in which the surface is
+    /// steepest, each of which it passes once.
+    pub(super) fn share_along_normal(&self, centre: Vector, half: Vector, lines: u32) -> Real {
+        let slopes: [Real; 3] = std::array::from_fn(|d| {
+            let step = half * Vector::AXES[d];
+            (self.level(centre + step) - self.level(centre - step)).abs() / half[d]
+        });
+        let along = (1..3).fold(0, |best, d| if slopes[d] > slopes[best] * (1.0 + 1e-9) { d } else { best });
+        let (e, f) = ((along + 1) % 3, (along + 2) % 3);
+        let place = |n: u32| (2.0 * Real::from(n) + 1.0) / Real::from(lines) - 1.0;
+        let mut sum = 0.0;
+        for a in 0..lines {
+            for b in 0..lines {
+                let inside = |t: Real| {
+                    let mut point = centre;
+                    point[e] += place(a) * half[e];
+                    point[f] += place(b) * half[f];
+                    point[along] += t * half[along];
+                    self.level(point) <= 0.0
+                };
+                let ends = [inside(-1.0), inside(1.0)];
+                sum += match ends {
+                    [true, true] => 1.0,
+                    [false, false] => 0.0,
+                    [first, _] => {
+                        let (mut low, mut high) = (-1.0, 1.0);
+                        for _ in 0..HALVINGS {
+                            let middle = 0.5 * (low + high);
+                            if inside(middle) == first {
+                                low = middle;
+                            } else {
+                                high = middle;
+                            }
+                        }
+                        let reached = 0.5 * (1.0 + low);
+                        if first { reached } else { 1.0 - reached }
+                    }
+                };
+            }
+        }
+        sum / Real::from(lines * lines)
+    }
+}
+
+impl Wave {
+    /// No wave.
+    pub const NONE: Self = Self { amplitude: 0.0, length: 1.0 };
+
+    /// Height of the wave at a distance from its crest \[m].
+    pub(super) fn at(&self, distance: Real) -> Real {
+        self.amplitude * (std::f64::consts::TAU * distance / self.length).cos()
+    }
+
+    /// Most that the distance along the surface is longer than that along the wave.
+    fn steepness(&self) -> Real {
+        1.0_f64.hypot(std::f64::consts::TAU * self.amplitude / self.length)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::super::RegionFractions;
+    use super::*;
+    use crate::grid::Grid;
+
+    fn total(region: &Region, grid: &Grid) -> Real {
+        let fractions = RegionFractions::along_normals(region, grid, 8);
+        let [n1, n2, n3] = grid.cells.map(|n| n as isize);
+        let cells = (0..n3).flat_map(|k| (0..n2).flat_map(move |j| (0..n1).map(move |i| [i, j, k])));
+        cells.map(|[i, j, k]| fractions.fraction(i, j, k)).sum::<Real>() * grid.cell_volume()
+    }
+
+    #[test]
+    fn cylinders_and_waves_fill_their_volume() {
+        let grid = Grid::new([24, 4, 20], Vector::new(-1.2, -0.2, -1.0), Vector::new(1.2, 0.2, 1.0));
+        let pipe =
+            Region::Cylinder { centre: Vector::new(0.1, 0.0, 0.03), axis: 1, semi_axes: [0.5, 0.7], wave: Wave::NONE };
+        assert!((total(&pipe, &grid) / (PI * 0.35 * 0.4) - 1.0).abs() < 1e-4);
+        let sea = Region::Wavy {
+            crest: Vector::new(0.3, 0.0, 0.11),
+            up: 2,
+            along: 0,
+            wave: Wave { amplitude: 0.1, length: 1.2 },
+        };
+        assert!((total(&sea, &grid) / (2.4 * 0.4 * 1.01) - 1.0).abs() < 1e-5);
+        let crest = sea.contains(Vector::new(0.3, 0.1, 0.1099)) && !sea.contains(Vector::new(0.3, 0.1, 0.1101));
+        assert!(crest && !sea.contains(Vector::new(0.9, 0.0, -0.05)) && sea.contains(Vector::new(0.9, 0.0, -0.0901)));
+        let tall = Grid::new([20, 20, 24], Vector::splat(-1.0), Vector::new(1.0, 1.0, 1.4));
+        let neck = Region::Cylinder {
+            centre: Vector::ZERO,
+            axis: 2,
+            semi_axes: [0.6, 0.6],
+            wave: Wave { amplitude: 0.1, length: 1.2 },
+        };
+        assert!((total(&neck, &tall) / (PI * (0.36 + 0.005) * 2.4) - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn lines_along_the_normal_are_exact_where_vertical_columns_are_not() {
+        let grid = Grid::new([20; 3], Vector::splat(-1.0), Vector::ONE);
+        let wall = Region::HalfSpace { point: Vector::new(0.537, 0.0, 0.0), normal: Vector::X };
+        let share = |fractions: &RegionFractions<'_>| fractions.fraction(15, 3, 4);
+        assert!((share(&RegionFractions::along_normals(&wall, &grid, 8)) - 0.37).abs() < 1e-8);
+        assert!((share(&RegionFractions::new(&wall, &grid, 8)) - 0.37).abs() > 1e-3);
+    }
+}

@@ -1,0 +1,59 @@
+//! Amounts for people: in the unit that leaves few digits, to four significant ones. The units can be read back.
+
+use sazanami_numerics::Real;
+
+use crate::case::units::rounded;
+
+/// A unit: from which amount on it is taken, its size in SI units, its name.
+type Unit = (Real, Real, &'static str);
+
+/// The largest unit whose beginning the amount reaches; the units go from small to large.
+fn shown(value: Real, units: &[Unit]) -> String {
+    let fits = |unit: &&Unit| value.abs() >= unit.0;
+    let (_, size, name) = units.iter().rev().find(fits).or(units.first()).copied().unwrap_or((0.0, 1.0, ""));
+    format!("{} {name}", rounded(value / size))
+}
+
+/// A length \[m].
+pub(crate) fn length(metres: Real) -> String {
+    if metres == 0.0 {
+        return "0 mm".to_owned();
+    }
+    shown(metres, &[(0.0, 1e-9, "nm"), (1e-7, 1e-6, "um"), (1e-4, 1e-3, "mm"), (1.0, 1.0, "m"), (1e4, 1e3, "km")])
+}
+
+/// A volume [m^3].
+pub(crate) fn volume(cubic_metres: Real) -> String {
+    shown(cubic_metres, &[(0.0, 1e-9, "mm^3"), (1e-6, 1e-6, "cm^3"), (1e-3, 1.0, "m^3")])
+}
+
+/// A mass \[kg].
+pub(crate) fn mass(kilograms: Real) -> String {
+    shown(kilograms, &[(0.0, 1e-9, "ug"), (1e-7, 1e-6, "mg"), (1e-3, 1e-3, "g"), (1.0, 1.0, "kg"), (1e4, 1e3, "t")])
+}
+
+/// A momentum [kg m/s].
+pub(crate) fn momentum(kilogram_metres: Real) -> String {
+    shown(kilogram_metres, &[(0.0, 1e-5, "g cm/s"), (1e-2, 1.0, "kg m/s")])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::units::parse_quantity;
+
+    #[test]
+    fn units_leave_few_digits_and_can_be_read_back() {
+        assert_eq!([19.1299e-3, 0.52e-3, 5.537e-3, 12e-6].map(length), ["19.13 mm", "0.52 mm", "5.537 mm", "12 um"]);
+        assert_eq!([0.0, 1.25, 24e3, -0.03].map(length), ["0 mm", "1.25 m", "24 km", "-30 mm"]);
+        assert_eq!([9e-2, 7.238e-9, 0.4e-3, 0.0].map(volume), ["0.09 m^3", "7.238 mm^3", "400 cm^3", "0 mm^3"]);
+        assert_eq!([7.238e-6, 1.93e-7, 2.6, 3e-9].map(mass), ["7.238 mg", "0.193 mg", "2.6 kg", "3 ug"]);
+        assert_eq!([80e-5, 0.25, 0.0].map(momentum), ["80 g cm/s", "0.25 kg m/s", "0 g cm/s"]);
+        for value in [3.1e-9, 4.56e-5, 0.0123, 7.0, 5.5e4] {
+            for text in [length(value), volume(value), mass(value), momentum(value)] {
+                let (read, _) = parse_quantity(&text).unwrap();
+                assert!((read - value).abs() < 1e-3 * value, "{value}: {text}");
+            }
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! The interface between liquid and gas where it has surface tension.
+
+use sazanami_mics::solver::Solver;
+use sazanami_numerics::{Real, Vector};
+
+/// What is observed of the interface and the fluids beside it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Interface {
+    /// Surface tension times its area \[J].
+    pub energy: Real,
+    /// Largest speed of a cell [m/s].
+    pub speed: Real,
+    /// Root mean square by mass of the difference from the mean velocity [m/s].
+    pub deviation: Real,
+    /// Mean place of the gas \[m]; not a number where there is none.
+    pub gas_centre: Vector,
+}
+
+impl Interface {
+    /// As it is now, ghosts filled; nothing without surface tension. All ranks take part.
+    pub fn of(solver: &Solver) -> Option<Self> {
+        solver.surface_tension()?;
+        let (domain, flow) = (solver.domain(), solver.flow());
+        let u = flow.velocity.each_ref().map(sazanami_numerics::grid::Field::data);
+        let square = |at: usize| u.iter().map(|u| u[at] * u[at]).sum::<Real>();
+        let fastest = domain.max_rows(&domain.interior(), |row| row.shifted(0).map(square).fold(0.0, Real::max));
+        let rho = flow.density.data();
+        let [mass, momenta @ ..] = domain.sum(domain.sum_rows(&domain.interior(), |row| {
+            let mut sums = [0.0; 4];
+            for at in row.shifted(0) {
+                sums[0] += rho[at];
+                (0..3).for_each(|d| sums[1 + d] += rho[at] * u[d][at]);
+            }
+            sums
+        }));
+        let mean = momenta.map(|momentum| momentum / mass);
+        let [deviation] = domain.sum(domain.sum_rows(&domain.interior(), |row| {
+            let off = |at: usize| (0..3).map(|d| (u[d][at] - mean[d]).powi(2)).sum::<Real>();
+            [row.shifted(0).map(|at| rho[at] * off(at)).sum()]
+        }));
+        let c = flow.volume_fraction.data();
+        let [volume, moments @ ..] = domain.sum(domain.sum_rows(&domain.interior(), |row| {
+            let mut sums = [0.0; 4];
+            for (at, i) in row.shifted(0).zip(row.first..) {
+                let (gas, place) = (1.0 - c[at], domain.centre(i, row.j, row.k));
+                sums[0] += gas;
+                (0..3).for_each(|d| sums[1 + d] += gas * place[d]);
+            }
+            sums
+        }));
+        Some(Self {
+            energy: solver.surface_energy(),
+            speed: domain.max(fastest).sqrt(),
+            deviation: (deviation / mass).sqrt(),
+            gas_centre: Vector::from_array(moments) / volume,
+        })
+    }
+}
