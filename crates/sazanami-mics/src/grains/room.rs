@@ -35,8 +35,9 @@ use settle::Settler;
 
 pub use settle::SettleReport;
 
-/// Rooms smaller than this hold no liquid: their fraction is that of the sweeps.
-const NONE: Real = 1e-9;
+/// Rooms smaller than this hold no liquid: their fraction is that of the sweeps. They are what the divergence that a solve leaves has made
+/// of a cell without room, and must not decide where liquid goes.
+const NONE: Real = 1e-6;
 /// Fraction of a full cell.
 const FULL: Real = 1.0;
 /// Gas in a cell that counts as full once grains move.
@@ -60,7 +61,7 @@ fn split(l: Real, v: Real, beside: Real) -> [Real; 2] {
     let bounded = if v.abs() > NONE { l / v } else { beside }.clamp(0.0, 1.0);
     let excess = l - v * bounded;
     // Round-off is no reason to move liquid.
-    if excess.abs() <= ROUND_OFF && v > 1e-6 { [l / v, 0.0] } else { [bounded, excess] }
+    if excess.abs() <= ROUND_OFF && v > NONE { [l / v, 0.0] } else { [bounded, excess] }
 }
 
 /// The open part of the cells, and what the equations of the whole cells owe to the grains.
@@ -166,8 +167,7 @@ impl Room {
     /// The part of a cell that liquid can fill, by place in memory; 0 where its fraction means nothing.
     #[inline]
     pub fn for_liquid(&self, at: usize) -> Real {
-        let open = self.open.data()[at];
-        if open > NONE { open } else { 0.0 }
+        usable(self.open.data()[at])
     }
 
     /// Momentum for the grains of each cell, per volume [N s/m^3].
@@ -446,6 +446,12 @@ impl Room {
         }));
         Vector::from_array(sum) * domain.grid().cell_volume()
     }
+}
+
+/// The part of the room `open` that liquid can fill.
+#[inline]
+fn usable(open: Real) -> Real {
+    if open > NONE { open } else { 0.0 }
 }
 
 /// The open part of a cell covered by `alpha`.

@@ -13,7 +13,7 @@ use sazanami_numerics::grid::{Field, GHOSTS};
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
-use super::{FULL, LIGHT, Room, beside_grains, split};
+use super::{FULL, LIGHT, Room, beside_grains, split, usable};
 use crate::boundary::Boundary;
 use crate::flow::Flow;
 use crate::fluids::Fluids;
@@ -124,7 +124,7 @@ impl Cells<'_> {
 
     /// Weight with which the cell at `from` hands its `excess` to the neighbour at `to` in direction `d`.
     fn weight(&self, from: usize, to: usize, d: usize, above: bool, excess: Real) -> Real {
-        let room = self.open[to].max(0.0);
+        let room = usable(self.open[to]);
         let c = self.fraction[to].clamp(0.0, 1.0);
         if self.moved {
             return room * if excess > 0.0 && c < 1.0 { 1.0 - c } else { c };
