@@ -11,19 +11,18 @@
 use sazanami_numerics::domain::{Domain, GhostRules};
 use sazanami_numerics::grid::{Field, GHOSTS};
 use sazanami_numerics::{Real, Vector};
-use sazanami_parallel::for_each_chunk;
+use sazanami_parallel::{Rows, for_each_chunk};
 
 use super::{FULL, LIGHT, Room, beside_grains, split, usable};
 use crate::boundary::Boundary;
 use crate::flow::Flow;
 use crate::fluids::Fluids;
 use crate::grains::Imprint;
-use crate::mobility::RowSet;
 
 /// Most rounds in which liquid is handed on after a transport, and after the grains have moved.
 const ROUNDS: [usize; 2] = [24, 12];
-/// Excess at which the rounds end, in cell volumes.
-const SETTLED: Real = 1e-14;
+/// An excess up to this stays where it is, in cell volumes: traces would spread through the gas of the whole box.
+const SETTLED: Real = 1e-12;
 /// Part of its difference that a full cell hands on in a round.
 const PART: Real = 2.0 / 3.0;
 /// Part of an excess, per room of a neighbour, that is handed over whether there is room or not: so it spreads to where there is.
@@ -69,20 +68,72 @@ struct Change {
     given: Vector,
 }
 
+/// What a round finds in a plane of cells, ghosts included: places in memory.
+#[derive(Default)]
+struct Plane {
+    /// Cells that hand something on.
+    hot: Vec<u32>,
+    /// Cells of the interior that hand something on or are beside such.
+    near: Vec<u32>,
+    changes: Vec<Change>,
+}
+
 /// Storage of the rounds.
 pub(super) struct Settler {
-    planes: Vec<Vec<Change>>,
-    /// Sum of the weights of the neighbours of a cell with an excess, one ghost layer filled.
+    /// The planes from the ghosts below on.
+    planes: Vec<Plane>,
+    /// What the round before has left in each plane.
+    before: Vec<Vec<u32>>,
+    /// Sum of the weights of the neighbours of a cell that hands something on, one ghost layer filled.
     weights: Field<Real>,
-    rows: RowSet,
-    beside: RowSet,
 }
 
 impl Settler {
-    pub fn new(domain: &Domain) -> Self {
-        let planes = (0..domain.cells()[2]).map(|_| Vec::with_capacity(256)).collect();
-        Self { planes, weights: domain.field(0.0), rows: RowSet::default(), beside: RowSet::default() }
+    /// Finds the cells that hand something on, those of one ghost layer included if there `has_ghosts`: all over the box in the `first`
+    /// round, then among those that the round before could change.
+    fn find_hot(&mut self, domain: &Domain, excess: &Field<Real>, first: bool, has_ghosts: bool) {
+        let [n1, n2, n3] = domain.cells().map(|n| n as isize);
+        let x = excess.data();
+        for_each_chunk(&mut self.planes[..], 1, |number, planes| {
+            let (Plane { hot, near, .. }, k) = (&mut planes[0], number as isize - 1);
+            hot.clear();
+            let inner = (0..n3).contains(&k);
+            let is_hot = |at: &u32| goes(x[*at as usize]);
+            if inner && !first {
+                hot.extend(near.iter().copied().filter(is_hot));
+            }
+            let mut add = |row: [isize; 2], j: isize| {
+                let start = excess.at(row[0], j, k) as u32;
+                hot.extend((start..start + (row[1] - row[0]) as u32).filter(is_hot));
+            };
+            if inner && first {
+                (0..n2).for_each(|j| add([0, n1], j));
+            }
+            if has_ghosts && inner {
+                (0..n2).for_each(|j| [[-1, 0], [n1, n1 + 1]].into_iter().for_each(|row| add(row, j)));
+                [-1, n2].into_iter().for_each(|j| add([0, n1], j));
+            } else if has_ghosts {
+                (0..n2).for_each(|j| add([0, n1], j));
+            }
+        });
     }
+
+    pub fn new(domain: &Domain) -> Self {
+        let count = domain.cells()[2] + 2;
+        let reserved = || Vec::with_capacity(256);
+        let plane = || Plane { hot: reserved(), near: reserved(), changes: Vec::with_capacity(256) };
+        Self {
+            planes: (0..count).map(|_| plane()).collect(),
+            before: (0..count).map(|_| reserved()).collect(),
+            weights: domain.field(0.0),
+        }
+    }
+}
+
+/// Whether a cell with this excess hands it on.
+#[inline]
+fn goes(excess: Real) -> bool {
+    excess.abs() > SETTLED
 }
 
 /// Fields of a round, by place in memory.
@@ -138,12 +189,12 @@ impl Cells<'_> {
     fn change(&self, cell: [isize; 3], at: usize) -> Option<Change> {
         let drho = self.fluids.liquid_density - self.fluids.gas_density;
         let (own, u) = (self.excess[at], self.velocity(at));
-        let goes = own != 0.0 && self.weights[at] > 0.0;
+        let goes = goes(own) && self.weights[at] > 0.0;
         let part_of = if self.moved { PART } else { 1.0 };
         let (mut entered, mut carried, mut impulse, mut touched) = (0.0, 0.0, Vector::ZERO, goes);
         for (beside, d, above) in self.neighbours(cell, at) {
             let theirs = self.excess[beside];
-            if theirs != 0.0 && self.weights[beside] > 0.0 {
+            if self::goes(theirs) && self.weights[beside] > 0.0 {
                 let part = part_of * theirs * self.weight(beside, at, d, !above, theirs) / self.weights[beside];
                 touched |= part != 0.0;
                 entered += part;
@@ -181,6 +232,11 @@ impl Cells<'_> {
     }
 }
 
+/// Whether the box ends at each side of the rank, so that there is no neighbour.
+fn box_ends(domain: &Domain) -> [[bool; 2]; 3] {
+    [0, 1, 2].map(|d| [0, 1].map(|side| domain.at_box_end(d, side) && !domain.periodic()[d]))
+}
+
 impl Room {
     /// Hands the excess on; afterwards the first ghost layer of the fractions is not filled.
     pub(super) fn settle(
@@ -193,25 +249,34 @@ impl Room {
     ) -> SettleReport {
         let mut report = SettleReport::default();
         let rules: [GhostRules; 3] = std::array::from_fn(|d| boundary.velocity_rules(d));
-        let rounds = ROUNDS[usize::from(dt.is_none())];
-        while report.rounds < rounds && self.largest_excess(domain) > SETTLED {
-            report.rounds += 1;
-            let before = report.moved_volume;
-            let Flow { volume_fraction, velocity: [u1, u2, u3], .. } = flow;
-            domain.fill_halos_to(
-                1,
-                &mut [
-                    (volume_fraction, &boundary.volume_fraction_rules()),
-                    (&mut self.excess, &GhostRules::EVEN),
-                    (u1, &rules[0]),
-                    (u2, &rules[1]),
-                    (u3, &rules[2]),
-                ],
-            );
-            report.moved_volume += self.hand_on(domain, imprint, flow, dt);
-            if report.moved_volume == before {
+        let ends = box_ends(domain);
+        // Behind a wall is no neighbour.
+        let has_ghosts = ends.as_flattened().contains(&false);
+        while report.rounds < ROUNDS[usize::from(dt.is_none())] {
+            if has_ghosts {
+                let Flow { volume_fraction, velocity: [u1, u2, u3], .. } = flow;
+                domain.fill_halos_to(
+                    1,
+                    &mut [
+                        (volume_fraction, &boundary.volume_fraction_rules()),
+                        (&mut self.excess, &GhostRules::EVEN),
+                        (u1, &rules[0]),
+                        (u2, &rules[1]),
+                        (u3, &rules[2]),
+                    ],
+                );
+            }
+            self.settler.find_hot(domain, &self.excess, report.rounds == 0, has_ghosts);
+            let hot = self.settler.planes.iter().any(|plane| !plane.hot.is_empty());
+            if domain.max(Real::from(u8::from(hot))) == 0.0 {
                 break;
             }
+            report.rounds += 1;
+            let moved = self.hand_on(domain, imprint, flow, dt, has_ghosts);
+            if moved == 0.0 {
+                break;
+            }
+            report.moved_volume += moved;
         }
         self.leave(domain, imprint, flow, &mut report);
         report.clipped_momentum += self.take_untaken(domain, imprint);
@@ -226,78 +291,101 @@ impl Room {
     }
 
     /// One round; returns the volume handed on over all ranks [m^3].
-    fn hand_on(&mut self, domain: &Domain, imprint: &Imprint, flow: &mut Flow, dt: Option<Real>) -> Real {
+    fn hand_on(
+        &mut self,
+        domain: &Domain,
+        imprint: &Imprint,
+        flow: &mut Flow,
+        dt: Option<Real>,
+        has_ghosts: bool,
+    ) -> Real {
         let Self { open, given, excess, settler, .. } = self;
-        let Settler { planes, weights, rows, beside } = settler;
+        let Settler { planes, before, weights } = settler;
+        let [_, width, plane] = domain.strides().map(|stride| stride as usize);
         let [n1, n2, n3] = domain.cells();
-        let x = excess.data();
-        rows.mark([n2, n3], |j, k| {
-            let start = excess.at(-1, j, k);
-            x[start..start + n1 + 2].iter().any(|&x| x != 0.0)
-        });
-        beside.and_beside(domain, rows);
+        let interior = GHOSTS * plane..(GHOSTS + n3) * plane;
         let cells = Cells {
             open: open.data(),
             alpha: imprint.solid_fraction.data(),
             fraction: flow.volume_fraction.data(),
-            excess: x,
+            excess: excess.data(),
             weights: &[],
             velocity: flow.velocity.each_ref().map(Field::data),
             solid: imprint.solid_velocity.each_ref().map(Field::data),
             faces: flow.face_velocity.each_ref().map(Field::data),
             strides: domain.strides().map(|stride| stride as usize),
             per_width: domain.grid().spacing.recip() * dt.unwrap_or_default(),
-            size: domain.cells().map(|n| n as isize),
-            ends: [0, 1, 2].map(|d| [0, 1].map(|side| domain.at_box_end(d, side) && !domain.periodic()[d])),
+            size: [n1, n2, n3].map(|n| n as isize),
+            ends: box_ends(domain),
             fluids: flow.fluids,
             moved: dt.is_none(),
         };
-        domain.for_each_row(&domain.interior(), weights.data_mut(), |row, weights| {
-            if !rows.holds(row.j, row.k) {
-                return;
-            }
-            for (i, at) in row.shifted(0).enumerate() {
-                let cell = [row.first + i as isize, row.j, row.k];
-                let weight = |(to, d, above)| cells.weight(at, to, d, above, x[at]);
-                weights[i] = if x[at] == 0.0 { 0.0 } else { cells.neighbours(cell, at).map(weight).sum() };
+        let cell = |at: usize| {
+            let [i, j, k] = [at % width, at % plane / width, at / plane];
+            [i, j, k].map(|n| n as isize - GHOSTS as isize)
+        };
+        let inside = |at: usize| {
+            let [i, j, _] = cell(at);
+            (0..n1 as isize).contains(&i) && (0..n2 as isize).contains(&j)
+        };
+        let hot = |k: usize| planes[k + 1].hot.iter().map(|&at| at as usize);
+        let of_weights = Rows { data: &mut weights.data_mut()[interior.clone()], width: plane };
+        for_each_chunk(of_weights, 1, |k, weights| {
+            for at in hot(k).filter(|&at| inside(at)) {
+                let weight = |(to, d, above)| cells.weight(at, to, d, above, cells.excess[at]);
+                weights.data[at - (GHOSTS + k) * plane] = cells.neighbours(cell(at), at).map(weight).sum();
             }
         });
-        domain.fill_halos_to(1, &mut [(&mut *weights, &GhostRules::EVEN)]);
+        let moved = (0..n3).map(|k| {
+            let goes = |&at: &usize| inside(at) && weights.data()[at] > 0.0;
+            hot(k).filter(goes).map(|at| cells.excess[at].abs()).sum::<Real>()
+        });
+        let moved = domain.sum([moved.sum()])[0] * domain.grid().cell_volume();
+        if has_ghosts {
+            domain.fill_halos_to(1, &mut [(&mut *weights, &GhostRules::EVEN)]);
+        }
         let cells = Cells { weights: weights.data(), ..cells };
-        for_each_chunk(&mut planes[..], 1, |k, changes| {
-            changes[0].clear();
-            for j in (0..n2).filter(|&j| beside.holds(j as isize, k as isize)) {
-                let start = cells.strides[2] * (k + GHOSTS) + cells.strides[1] * (j + GHOSTS) + GHOSTS;
-                let change = |i: usize| cells.change([i as isize, j as isize, k as isize], start + i);
-                changes[0].extend((0..n1).filter_map(change));
+        // The lists of this round become those that the next one starts from.
+        for (plane, before) in planes.iter_mut().zip(&mut *before) {
+            std::mem::swap(&mut plane.hot, before);
+        }
+        let hot = &*before;
+        for_each_chunk(&mut planes[1..=n3], 1, |k, planes| {
+            let Plane { near, changes, .. } = &mut planes[0];
+            near.clear();
+            for &at in &hot[k + 1] {
+                let at = at as usize;
+                let [i, j, _] = cell(at);
+                let beside = [at, at - 1, at + 1, at - width, at + width];
+                if (1..n1 as isize - 1).contains(&i) && (1..n2 as isize - 1).contains(&j) {
+                    near.extend(beside.map(|at| at as u32));
+                } else {
+                    near.extend(beside.into_iter().filter(|&at| inside(at)).map(|at| at as u32));
+                }
             }
-        });
-        let moved = domain.sum_rows(&domain.interior(), |row| {
-            if !rows.holds(row.j, row.k) {
-                return [0.0];
-            }
-            [row.shifted(0).filter(|&at| cells.weights[at] > 0.0).map(|at| x[at].abs()).sum()]
+            near.extend(hot[k].iter().map(|&at| at as usize + plane).filter(|&at| inside(at)).map(|at| at as u32));
+            near.extend(hot[k + 2].iter().map(|&at| at as usize - plane).filter(|&at| inside(at)).map(|at| at as u32));
+            near.sort_unstable();
+            near.dedup();
+            changes.clear();
+            changes.extend(near.iter().filter_map(|&at| cells.change(cell(at as usize), at as usize)));
         });
         let [u1, u2, u3] = flow.velocity.each_mut().map(Field::data_mut);
         let [g1, g2, g3] = given.each_mut().map(Field::data_mut);
-        let fields = (flow.volume_fraction.data_mut(), excess.data_mut(), (u1, u2, u3), (g1, g2, g3));
-        let planes = &*planes;
-        domain.for_each_row(&domain.interior(), fields, |row, (c, x, (u1, u2, u3), (g1, g2, g3))| {
-            if !beside.holds(row.j, row.k) {
-                return;
-            }
-            let (plane, cells) = (&planes[row.k as usize], row.shifted(0));
-            let first = plane.partition_point(|change| change.at < cells.start);
-            for change in plane[first..].iter().take_while(|change| change.at < cells.end) {
-                let i = change.at - cells.start;
-                (c[i], x[i]) = (change.fraction, change.excess);
-                (u1[i], u2[i], u3[i]) = (change.velocity.x, change.velocity.y, change.velocity.z);
-                g1[i] += change.given.x;
-                g2[i] += change.given.y;
-                g3[i] += change.given.z;
+        let fields = [flow.volume_fraction.data_mut(), excess.data_mut(), u1, u2, u3, g1, g2, g3];
+        let [c, x, u1, u2, u3, g1, g2, g3] =
+            fields.map(|field| Rows { data: &mut field[interior.clone()], width: plane });
+        for_each_chunk(((c, x), (u1, u2, u3), (g1, g2, g3)), 1, |k, ((c, x), u, g)| {
+            for change in &planes[k + 1].changes {
+                let i = change.at - (GHOSTS + k) * plane;
+                (c.data[i], x.data[i]) = (change.fraction, change.excess);
+                (u.0.data[i], u.1.data[i], u.2.data[i]) = change.velocity.into();
+                g.0.data[i] += change.given.x;
+                g.1.data[i] += change.given.y;
+                g.2.data[i] += change.given.z;
             }
         });
-        domain.sum(moved)[0] * domain.grid().cell_volume()
+        moved
     }
 
     /// Leaves what no round has placed: a full cell keeps it as a difference of its room, to be settled later; elsewhere it waits, and what
