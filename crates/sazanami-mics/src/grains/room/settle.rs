@@ -25,7 +25,8 @@ const ROUNDS: [usize; 2] = [24, 12];
 const SETTLED: Real = 1e-12;
 /// Part of its difference that a full cell hands on in a round.
 const PART: Real = 2.0 / 3.0;
-/// Part of an excess, per room of a neighbour, that is handed over whether there is room or not: so it spreads to where there is.
+/// Part of what the neighbours of a cell have no room for, per room of a neighbour, that is handed over all the same: so it spreads to
+/// where there is room.
 const SPREADING: Real = 1e-3;
 /// Preference of faces without outflow, beside the Courant number of the others.
 const STILL: Real = 0.02;
@@ -84,7 +85,9 @@ pub(super) struct Settler {
     planes: Vec<Plane>,
     /// What the round before has left in each plane.
     before: Vec<Vec<u32>>,
-    /// Sum of the weights of the neighbours of a cell that hands something on, one ghost layer filled.
+    /// Of a cell that hands something on: what its neighbours cannot take of it in cell volumes, if positive, and the sum of their
+    /// weights; one ghost layer filled.
+    beyond: Field<Real>,
     weights: Field<Real>,
 }
 
@@ -125,6 +128,7 @@ impl Settler {
         Self {
             planes: (0..count).map(|_| plane()).collect(),
             before: (0..count).map(|_| reserved()).collect(),
+            beyond: domain.field(0.0),
             weights: domain.field(0.0),
         }
     }
@@ -143,6 +147,7 @@ struct Cells<'a> {
     alpha: &'a [Real],
     fraction: &'a [Real],
     excess: &'a [Real],
+    beyond: &'a [Real],
     weights: &'a [Real],
     velocity: [&'a [Real]; 3],
     /// Sum of the solid fractions times the velocities of the grains [m/s].
@@ -173,16 +178,39 @@ impl Cells<'_> {
         })
     }
 
-    /// Weight with which the cell at `from` hands its `excess` to the neighbour at `to` in direction `d`.
-    fn weight(&self, from: usize, to: usize, d: usize, above: bool, excess: Real) -> Real {
-        let room = usable(self.open[to]);
+    /// What the cell at `to` can take of an `excess`.
+    fn takes(&self, to: usize, excess: Real) -> Real {
         let c = self.fraction[to].clamp(0.0, 1.0);
+        usable(self.open[to]) * if excess > 0.0 { 1.0 - c } else { c }
+    }
+
+    /// What the neighbours of the cell with local indices `cell` at place `at` cannot take of its excess.
+    fn beyond(&self, cell: [isize; 3], at: usize) -> Real {
+        let excess = self.excess[at];
+        excess.abs() - self.neighbours(cell, at).map(|(to, ..)| self.takes(to, excess)).sum::<Real>()
+    }
+
+    /// Weight with which the cell at `from` hands its excess to the neighbour at `to` in direction `d`.
+    fn weight(&self, from: usize, to: usize, d: usize, above: bool) -> Real {
+        let (room, excess) = (usable(self.open[to]), self.excess[from]);
         if self.moved {
+            let c = self.fraction[to].clamp(0.0, 1.0);
             return room * if excess > 0.0 && c < 1.0 { 1.0 - c } else { c };
         }
-        let takes = room * if excess > 0.0 { 1.0 - c } else { c };
         let outflow = if above { self.faces[d][to] } else { -self.faces[d][from] };
-        (takes + SPREADING * excess.abs() * room) * (STILL + self.per_width[d] * outflow.max(0.0))
+        let spread = if excess > 0.0 { SPREADING * self.beyond[from].max(0.0) * room } else { 0.0 };
+        (self.takes(to, excess) + spread) * (STILL + self.per_width[d] * outflow.max(0.0))
+    }
+
+    /// Part of its excess that a cell hands on: of a lack what there is liquid for.
+    fn part(&self, at: usize) -> Real {
+        if self.moved {
+            PART
+        } else if self.excess[at] < 0.0 {
+            (1.0 + self.beyond[at].max(0.0) / self.excess[at]).max(0.0)
+        } else {
+            1.0
+        }
     }
 
     /// Change of a cell in a round; `None` if there is none.
@@ -190,19 +218,19 @@ impl Cells<'_> {
         let drho = self.fluids.liquid_density - self.fluids.gas_density;
         let (own, u) = (self.excess[at], self.velocity(at));
         let goes = goes(own) && self.weights[at] > 0.0;
-        let part_of = if self.moved { PART } else { 1.0 };
+        let part_of = if goes { self.part(at) } else { 0.0 };
         let (mut entered, mut carried, mut impulse, mut touched) = (0.0, 0.0, Vector::ZERO, goes);
         for (beside, d, above) in self.neighbours(cell, at) {
             let theirs = self.excess[beside];
             if self::goes(theirs) && self.weights[beside] > 0.0 {
-                let part = part_of * theirs * self.weight(beside, at, d, !above, theirs) / self.weights[beside];
+                let part = self.part(beside) * theirs * self.weight(beside, at, d, !above) / self.weights[beside];
                 touched |= part != 0.0;
                 entered += part;
                 carried += drho * part.max(0.0);
                 impulse += drho * part.max(0.0) * (self.velocity(beside) - u);
             }
             if goes && own < 0.0 {
-                let part = -part_of * own * self.weight(at, beside, d, above, own) / self.weights[at];
+                let part = -part_of * own * self.weight(at, beside, d, above) / self.weights[at];
                 carried += drho * part;
                 impulse += drho * part * (self.velocity(beside) - u);
             }
@@ -211,7 +239,7 @@ impl Cells<'_> {
             return None;
         }
         let (open, c) = (self.open[at], self.fraction[at]);
-        let liquid = open * c + if goes { (1.0 - part_of) * own } else { own } + entered;
+        let liquid = open * c + (1.0 - part_of) * own + entered;
         let [fraction, excess] = if self.moved && c == FULL { [c, liquid - open] } else { split(liquid, open, c) };
         let mass = open * self.fluids.density(fraction) + drho * excess;
         // Grains take part of it where there are any: small rooms with much passing through stay slow.
@@ -300,7 +328,7 @@ impl Room {
         has_ghosts: bool,
     ) -> Real {
         let Self { open, given, excess, settler, .. } = self;
-        let Settler { planes, before, weights } = settler;
+        let Settler { planes, before, beyond, weights } = settler;
         let [_, width, plane] = domain.strides().map(|stride| stride as usize);
         let [n1, n2, n3] = domain.cells();
         let interior = GHOSTS * plane..(GHOSTS + n3) * plane;
@@ -309,6 +337,7 @@ impl Room {
             alpha: imprint.solid_fraction.data(),
             fraction: flow.volume_fraction.data(),
             excess: excess.data(),
+            beyond: &[],
             weights: &[],
             velocity: flow.velocity.each_ref().map(Field::data),
             solid: imprint.solid_velocity.each_ref().map(Field::data),
@@ -329,10 +358,19 @@ impl Room {
             (0..n1 as isize).contains(&i) && (0..n2 as isize).contains(&j)
         };
         let hot = |k: usize| planes[k + 1].hot.iter().map(|&at| at as usize);
+        if !cells.moved {
+            let of_beyond = Rows { data: &mut beyond.data_mut()[interior.clone()], width: plane };
+            for_each_chunk(of_beyond, 1, |k, beyond| {
+                for at in hot(k).filter(|&at| inside(at)) {
+                    beyond.data[at - (GHOSTS + k) * plane] = cells.beyond(cell(at), at);
+                }
+            });
+        }
+        let with_beyond = Cells { beyond: beyond.data(), ..cells };
         let of_weights = Rows { data: &mut weights.data_mut()[interior.clone()], width: plane };
         for_each_chunk(of_weights, 1, |k, weights| {
             for at in hot(k).filter(|&at| inside(at)) {
-                let weight = |(to, d, above)| cells.weight(at, to, d, above, cells.excess[at]);
+                let weight = |(to, d, above)| with_beyond.weight(at, to, d, above);
                 weights.data[at - (GHOSTS + k) * plane] = cells.neighbours(cell(at), at).map(weight).sum();
             }
         });
@@ -342,9 +380,9 @@ impl Room {
         });
         let moved = domain.sum([moved.sum()])[0] * domain.grid().cell_volume();
         if has_ghosts {
-            domain.fill_halos_to(1, &mut [(&mut *weights, &GhostRules::EVEN)]);
+            domain.fill_halos_to(1, &mut [(&mut *beyond, &GhostRules::EVEN), (&mut *weights, &GhostRules::EVEN)]);
         }
-        let cells = Cells { weights: weights.data(), ..cells };
+        let cells = Cells { beyond: beyond.data(), weights: weights.data(), ..cells };
         // The lists of this round become those that the next one starts from.
         for (plane, before) in planes.iter_mut().zip(&mut *before) {
             std::mem::swap(&mut plane.hot, before);
@@ -482,6 +520,7 @@ mod tests {
                 alpha: &[alpha, 0.0],
                 fraction: &zero,
                 excess: &excess,
+                beyond: &zero,
                 weights: &zero,
                 velocity: [&[0.0, 2.0], &zero, &zero],
                 solid: [&zero; 3],
@@ -493,7 +532,7 @@ mod tests {
                 fluids,
                 moved: false,
             };
-            let weights = [0.0, cells.weight(1, 0, 0, false, entering)];
+            let weights = [0.0, cells.weight(1, 0, 0, false)];
             let change = Cells { weights: &weights, ..cells }.change([0; 3], 0).expect("liquid enters");
             let impulse = 999.0 * entering * 2.0;
             let mass = 1.0 + 999.0 * change.excess;
