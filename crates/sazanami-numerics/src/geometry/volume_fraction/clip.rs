@@ -7,7 +7,7 @@ use crate::{Real, Vector};
 const CORNERS: usize = 10;
 
 /// A convex polygon.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Polygon {
     corners: [Vector; CORNERS],
     len: usize,
@@ -46,42 +46,47 @@ pub(super) fn accumulate_areas(nodes: &[Vector], triangles: &[[u32; 3]], spacing
 
 /// Cuts all triangles at the faces of the cells and visits the pieces by cell index.
 fn pieces(nodes: &[Vector], triangles: &[[u32; 3]], mut visit: impl FnMut([usize; 3], &Polygon)) {
-    for triangle in triangles {
-        let corners = triangle.map(|node| nodes[node as usize]);
-        let mut rest = Polygon { corners: [Vector::ZERO; CORNERS], len: 3 };
-        rest.corners[..3].copy_from_slice(&corners);
-        let lower = corners[0].min(corners[1]).min(corners[2]).floor();
-        let upper = corners[0].max(corners[1]).max(corners[2]).floor();
-        slices(rest, 0, [lower, upper], |i, slab| {
-            slices(slab, 1, [lower, upper], |j, rod| {
-                slices(rod, 2, [lower, upper], |k, piece| visit([i, j, k], &piece));
+    let mut triangle = Polygon::default();
+    for nodes_of in triangles {
+        triangle.len = 3;
+        triangle.corners[..3].copy_from_slice(&nodes_of.map(|node| nodes[node as usize]));
+        slices(&triangle, 0, |i, slab| {
+            slices(slab, 1, |j, rod| {
+                slices(rod, 2, |k, piece| visit([i, j, k], piece));
             });
         });
     }
 }
 
-/// Cuts a polygon at the whole numbers between the bounds along `axis` and visits the parts by cell index.
+/// Cuts a polygon at the whole numbers within it along `axis` and visits the parts by cell index.
 #[inline(always)]
-fn slices(polygon: Polygon, axis: usize, [lower, upper]: [Vector; 2], mut visit: impl FnMut(usize, Polygon)) {
-    let (first, last) = (lower[axis] as usize, upper[axis] as usize);
-    let mut rest = polygon;
+fn slices(polygon: &Polygon, axis: usize, mut visit: impl FnMut(usize, &Polygon)) {
+    let (mut lower, mut upper) = (polygon.corners[0][axis], polygon.corners[0][axis]);
+    for corner in &polygon.corners[1..polygon.len] {
+        (lower, upper) = (lower.min(corner[axis]), upper.max(corner[axis]));
+    }
+    let (first, last) = (lower as usize, upper as usize);
+    if first == last {
+        return visit(first, polygon);
+    }
+    let (mut below, mut rest, mut above) = (Polygon::default(), *polygon, Polygon::default());
     for index in first..last {
-        let (below, above) = cut(&rest, axis, (index + 1) as Real);
+        cut(&rest, axis, (index + 1) as Real, [&mut below, &mut above]);
         if below.len > 2 {
-            visit(index, below);
+            visit(index, &below);
         }
-        rest = above;
+        std::mem::swap(&mut rest, &mut above);
         if rest.len < 3 {
             return;
         }
     }
-    visit(last, rest);
+    visit(last, &rest);
 }
 
-/// The parts of a polygon below and above `level` along `axis`.
-fn cut(polygon: &Polygon, axis: usize, level: Real) -> (Polygon, Polygon) {
-    let empty = Polygon { corners: [Vector::ZERO; CORNERS], len: 0 };
-    let (mut below, mut above) = (empty, empty);
+/// Sets the parts of a polygon below and above `level` along `axis`.
+#[inline]
+fn cut(polygon: &Polygon, axis: usize, level: Real, [below, above]: [&mut Polygon; 2]) {
+    (below.len, above.len) = (0, 0);
     let mut previous = polygon.corners[polygon.len - 1];
     for &corner in &polygon.corners[..polygon.len] {
         let (from, to) = (previous[axis] - level, corner[axis] - level);
@@ -99,7 +104,6 @@ fn cut(polygon: &Polygon, axis: usize, level: Real) -> (Polygon, Polygon) {
         }
         previous = corner;
     }
-    (below, above)
 }
 
 impl Polygon {
