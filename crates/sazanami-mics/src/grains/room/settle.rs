@@ -28,6 +28,8 @@ const PART: Real = 2.0 / 3.0;
 /// Part of what the neighbours of a cell have no room for, per room of a neighbour, that is handed over all the same: so it spreads to
 /// where there is room.
 const SPREADING: Real = 1e-3;
+/// Gas in a cell from which on it counts the less as a full one the more there is.
+const NEARLY: Real = 1e-2;
 /// Preference of faces without outflow, beside the Courant number of the others.
 const STILL: Real = 0.02;
 
@@ -193,24 +195,21 @@ impl Cells<'_> {
     /// Weight with which the cell at `from` hands its excess to the neighbour at `to` in direction `d`.
     fn weight(&self, from: usize, to: usize, d: usize, above: bool) -> Real {
         let (room, excess) = (usable(self.open[to]), self.excess[from]);
+        let takes = self.takes(to, excess);
         if self.moved {
-            let c = self.fraction[to].clamp(0.0, 1.0);
-            return room * if excess > 0.0 && c < 1.0 { 1.0 - c } else { c };
+            // Full cells pass a difference on.
+            let fullness = 1.0 - (1.0 - self.fraction[to].clamp(0.0, 1.0)) / NEARLY;
+            return if excess > 0.0 { takes.max(room * fullness) } else { takes };
         }
         let outflow = if above { self.faces[d][to] } else { -self.faces[d][from] };
         let spread = if excess > 0.0 { SPREADING * self.beyond[from].max(0.0) * room } else { 0.0 };
-        (self.takes(to, excess) + spread) * (STILL + self.per_width[d] * outflow.max(0.0))
+        (takes + spread) * (STILL + self.per_width[d] * outflow.max(0.0))
     }
 
     /// Part of its excess that a cell hands on: of a lack what there is liquid for.
     fn part(&self, at: usize) -> Real {
-        if self.moved {
-            PART
-        } else if self.excess[at] < 0.0 {
-            (1.0 + self.beyond[at].max(0.0) / self.excess[at]).max(0.0)
-        } else {
-            1.0
-        }
+        let there_is = if self.excess[at] < 0.0 { 1.0 + self.beyond[at].max(0.0) / self.excess[at] } else { 1.0 };
+        there_is.max(0.0) * if self.moved { PART } else { 1.0 }
     }
 
     /// Change of a cell in a round; `None` if there is none.
@@ -358,14 +357,12 @@ impl Room {
             (0..n1 as isize).contains(&i) && (0..n2 as isize).contains(&j)
         };
         let hot = |k: usize| planes[k + 1].hot.iter().map(|&at| at as usize);
-        if !cells.moved {
-            let of_beyond = Rows { data: &mut beyond.data_mut()[interior.clone()], width: plane };
-            for_each_chunk(of_beyond, 1, |k, beyond| {
-                for at in hot(k).filter(|&at| inside(at)) {
-                    beyond.data[at - (GHOSTS + k) * plane] = cells.beyond(cell(at), at);
-                }
-            });
-        }
+        let of_beyond = Rows { data: &mut beyond.data_mut()[interior.clone()], width: plane };
+        for_each_chunk(of_beyond, 1, |k, beyond| {
+            for at in hot(k).filter(|&at| inside(at)) {
+                beyond.data[at - (GHOSTS + k) * plane] = cells.beyond(cell(at), at);
+            }
+        });
         let with_beyond = Cells { beyond: beyond.data(), ..cells };
         let of_weights = Rows { data: &mut weights.data_mut()[interior.clone()], width: plane };
         for_each_chunk(of_weights, 1, |k, weights| {
