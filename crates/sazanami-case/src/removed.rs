@@ -10,6 +10,11 @@ const REMOVED: &[(&str, Option<&str>, &str)] = &[
     ("coupling.alpha", Some("subcell"), "choose `columns(n)`, which errs less than n^3 sub-cells, or `clip`"),
     ("coupling.exchange", Some("auto"), "`surface`, the default, serves grains of any width; leave the key out"),
     (
+        "coupling.exchange",
+        Some("exact"),
+        "`surface`, the default, keeps momentum too and hides no liquid in grains; leave the key out",
+    ),
+    (
         "coupling.friction",
         None,
         "friction is that of the hydraulic radius and the slip, `hydraulic_radius_slip` before; leave the key out",
@@ -17,7 +22,7 @@ const REMOVED: &[(&str, Option<&str>, &str)] = &[
     (
         "coupling.room",
         None,
-        "with `exchange = \"surface\"`, the default, liquid has the open part of the cells, with the others whole cells; leave the key out",
+        "liquid has the open part of the cells, with `exchange = \"stress\"` whole cells; leave the key out",
     ),
     ("coupling.torque_arm", None, "a force acts at the centroid of the covered part of its cell; leave the key out"),
     ("coupling.weighting", None, "grain and fluid in a shared cell count by their mass; leave the key out"),

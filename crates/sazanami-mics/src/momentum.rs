@@ -1,9 +1,8 @@
 //! The momentum budget of a step: momentum stored, and the impulses that change it.
 //!
-//! With the exact exchange, `liquid + gas + grains - displaced + deferred` changes by the impulses alone.
-//! `displaced = sum_k m_f,k v_k` enters because the impulse of a grain is defined for its mass in
-//! excess of the fluid it displaces, and the displaced-mass flux `-sum_k v_k dm_f,k` because that mass changes
-//! when a grain moves from gas into liquid.
+//! With surfaces of grains, `liquid + gas + grains - displaced` changes by the impulses alone; with the published exchange also by what
+//! back-projection loses. `displaced` is the momentum of the fluid on the covered part of the cells, or `sum_k m_f,k v_k`, with the
+//! displaced-mass flux `-sum_k v_k dm_f,k` because that mass changes when a grain moves from gas into liquid.
 
 use sazanami_numerics::{Vector, named_vectors};
 
@@ -16,10 +15,8 @@ named_vectors! {
         gas,
         /// `sum M_k v_k` of the grains that move freely.
         grains,
-        /// `sum m_f,k v_k`: fluid displaced by free grains.
+        /// Of the fluid on the covered part of cells; with back-projection `sum m_f,k v_k`: fluid displaced by free grains.
         displaced = -1.0,
-        /// Deferred impulse: taken from the fluid and given to the grains in the next step.
-        deferred_to_grains,
     }
 }
 

@@ -303,11 +303,11 @@ impl Solver {
     #[must_use]
     pub fn momentum(&self) -> StoredMomentum {
         let [liquid, gas] = self.flow.momentum(&self.domain);
-        let [grains, mut displaced, deferred_to_grains] = self.grains.momentum(&self.domain);
+        let [grains, mut displaced] = self.grains.momentum(&self.domain);
         if let Some(room) = &self.room {
             displaced = room.covered_momentum(&self.domain, &self.flow);
         }
-        StoredMomentum { liquid, gas, grains, displaced, deferred_to_grains }
+        StoredMomentum { liquid, gas, grains, displaced }
     }
 
     /// Volume of the liquid, over all ranks [m^3]; inside grains too if it fills whole cells.

@@ -51,9 +51,8 @@ const MOST_ALIKE: usize = 5;
 const DENSEST: Real = 0.78;
 /// Solid fraction of the loosest bed to reckon with where other grains have to keep clear of it.
 const LOOSEST: Real = 0.4;
-/// Least density of a grain over that of the liquid, with the exchange `exact` and with `surface`.
-const LIGHTEST_EXACT: Real = 1.05;
-const LIGHTEST_SURFACE: Real = 0.3;
+/// Least density of a grain that acts by its surface over that of the liquid.
+const LIGHTEST: Real = 0.3;
 /// Largest gap between the surface of a grain and its contact spheres over its size that is not warned of; `shell(75)` on
 /// the sand of Yagyu et al. (2015) has 0.108.
 const WIDE_GAP: Real = 0.12;
@@ -272,27 +271,20 @@ impl Search<'_> {
 
     /// No grain may be too light for its exchange of momentum with the fluid.
     fn weights(&mut self, facts: &[ShapeFacts]) {
-        let Some((exchange, _)) = exchange_of(self.case, facts) else { return };
-        let (least, help) = match exchange {
-            Exchange::Exact => (
-                LIGHTEST_EXACT,
-                "leave `coupling.exchange` out: returning the fluid's loss one step later amplifies it by displaced over own mass"
-                    .to_owned(),
-            ),
-            Exchange::Surface => (LIGHTEST_SURFACE, "lighter grains gain speed without end".to_owned()),
-            Exchange::Stress => return,
-        };
+        if exchange_of(self.case, facts).is_none_or(|(exchange, _)| exchange != Exchange::Surface) {
+            return;
+        }
         let liquid = self.case.fluid.liquid.density;
         for (n, population) in self.case.grains.iter().enumerate().filter(|(_, p)| p.motion == Motion::Free) {
             let of_material = self.case.material(&population.material).map(|material| material.density);
             let own = population.mass_override.map(|mass| mass / self.shapes[n].volume());
-            let Some(density) = own.or(of_material).filter(|density| *density < least * liquid) else { continue };
+            let Some(density) = own.or(of_material).filter(|density| *density < LIGHTEST * liquid) else { continue };
             let key = if own.is_some() { format!("grains.{n}.mass_override") } else { format!("grains.{n}") };
-            let title = format!("`{}` is too light for the exchange `{}`", population.name, exchange.word());
+            let title = format!("`{}` is too light", population.name);
             self.report
                 .error(self.loaded.places.at(&key), title)
-                .label(format!("{density:.1} kg/m^3, below {least} times the liquid's {liquid:.1}"))
-                .help(help.clone());
+                .label(format!("{density:.1} kg/m^3, below {LIGHTEST} times the liquid's {liquid:.1}"))
+                .help("lighter grains gain speed without end");
         }
     }
 

@@ -78,7 +78,7 @@ fn solver(substeps: Substeps, exchange: Exchange) -> Solver {
 
 #[test]
 fn a_step_with_grains_in_contact_allocates_nothing() {
-    [Exchange::Exact, Exchange::Surface].into_iter().for_each(allocates_nothing);
+    [Exchange::Stress, Exchange::Surface].into_iter().for_each(allocates_nothing);
 }
 
 /// A step beside grains in contact with this exchange takes no memory.

@@ -336,7 +336,7 @@ const CASES: [Small; 11] = [
         name: "back_projection",
         apart: false,
         text: DROP_ON_BED,
-        overrides: &["coupling.exchange=exact"],
+        overrides: &["coupling.exchange=stress"],
         perturbed: "liquid.0.fall.speed=2.0001 m/s",
     },
     Small {

@@ -60,14 +60,15 @@ const MASS: f64 = 2500.0 * PI / 6.0 * 2.7e-8;
 
 #[test]
 fn grains_that_leave_are_counted_and_their_momentum_is_booked() {
-    for exchange in ["exact", "surface"] {
+    for exchange in ["stress", "surface"] {
         let left = run(&format!("leaving-{exchange}"), &[&format!("coupling.exchange={exchange}")], On::threads(1));
         let (grains, mass, momentum, residual) = departed(&left);
         assert_eq!(grains, 1.0, "{exchange}");
         // The mesh of the sphere keeps its volume.
         assert!((mass / MASS - 1.0).abs() < 1e-6, "{mass}, not {MASS}");
         assert!((momentum / (0.5 * MASS) - 1.0).abs() < 0.1, "{exchange}: it drifts with the stream: {momentum}");
-        assert!(residual < 1e-9, "{exchange}: {residual}");
+        // Back-projection as published loses momentum.
+        assert!(if exchange == "surface" { residual < 1e-9 } else { residual > 1e-4 }, "{exchange}: {residual}");
         let counted = left.column("departed_grains");
         assert!(counted[0] == 0.0 && counted[counted.len() - 1] == 1.0);
         // It goes when its last point has left: 4.3 mm at 0.5 m/s from the start.
@@ -90,7 +91,7 @@ fn walls_for_grains_keep_them() {
 
 #[test]
 fn leaving_has_the_same_bits_for_threads_and_after_a_restart() {
-    for exchange in ["exact", "surface"] {
+    for exchange in ["stress", "surface"] {
         let change = format!("coupling.exchange={exchange}");
         let whole = run(&format!("leaving-whole-{exchange}"), &[&change], On::threads(1));
         let threads = run(&format!("leaving-threads-{exchange}"), &[&change], On::threads(2));

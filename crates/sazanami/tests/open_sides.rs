@@ -231,19 +231,16 @@ fn grains_settle_through_a_liquid_without_net_flow() {
     let scratch = Scratch::new("no-flow");
     let (mass, displaced): (Real, Real) = (2500.0, 1000.0);
     let share = std::f64::consts::PI / 6.0 * 64e-9 / 2e-6;
-    for exchange in ["exact", "surface"] {
-        let case = [NO_FLOW, &format!("coupling.exchange={exchange}")];
-        let left = ran(SETTLING, &case, &scratch.join(exchange), On::threads(1));
-        assert!(largest(&left, "mean_velocity_3") < 1e-15);
-        // The gradient bears the weight of all, less what accelerates.
-        let force = last(&left, "driving_acceleration_3");
-        let weight = 9.8 * (1.0 + share * (mass / displaced - 1.0));
-        assert!(force > 9.8 && force < 1.001 * weight, "{exchange}: {force} for {weight}");
-        let speed = *left.probes[0].1.column("velocity_3").last().expect("it was read");
-        assert!((-0.3..-0.05).contains(&speed), "{exchange}: {speed}");
-        let residual = last(&left, "momentum_residual_relative");
-        assert!(residual < 1e-8, "{exchange}: {residual}");
-    }
+    let left = ran(SETTLING, &[NO_FLOW], &scratch.join("settling"), On::threads(1));
+    assert!(largest(&left, "mean_velocity_3") < 1e-15);
+    // The gradient bears the weight of all, less what accelerates.
+    let force = last(&left, "driving_acceleration_3");
+    let weight = 9.8 * (1.0 + share * (mass / displaced - 1.0));
+    assert!(force > 9.8 && force < 1.001 * weight, "{force} for {weight}");
+    let speed = *left.probes[0].1.column("velocity_3").last().expect("it was read");
+    assert!((-0.3..-0.05).contains(&speed), "{speed}");
+    let residual = last(&left, "momentum_residual_relative");
+    assert!(residual < 1e-8, "{residual}");
     // Ranks and restarts hold the same.
     let whole = ran(SETTLING, &[NO_FLOW], &scratch.join("whole"), On::threads(1).steps(12));
     let two = ran(SETTLING, &[NO_FLOW], &scratch.join("two"), On::ranks(2, 1).steps(12));

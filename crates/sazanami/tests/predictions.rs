@@ -271,7 +271,7 @@ fn steps_of_a_run_in_which_bodies_speed_up_lie_within_the_range() {
         "domain.cells=[16, 16, 64]",
         "run.until=0.12 s",
         // With surfaces the gas that the flat faces press out of their way shortens the steps beyond the range.
-        "coupling.exchange=exact",
+        "coupling.exchange=stress",
         "liquid.0.region.half_space.point=[\"0 mm\", \"0 mm\", \"12 mm\"]",
         "grains.0.shape={ box = { size = [\"4 mm\", \"4 mm\", \"4 mm\"] } }",
         "grains.0.placement.list=[{ position = [\"5 mm\", \"5 mm\", \"60 mm\"] }, \

@@ -186,7 +186,7 @@ fn where_liquid_has_no_room_nothing_is_reported() {
         assert!(close(left.column("front")[0], 6.65e-3), "{}", left.column("front")[0]);
     }
     // Control: liquid in whole cells is within grains too.
-    let (state, left) = run_with("exact", 1);
+    let (state, left) = run_with("stress", 1);
     assert!(of_water(&state, "liquid_fraction").iter().all(|share| share.is_finite()));
     assert!(close(first(&left, "grain", "liquid_fraction"), 1.0));
     assert!(close(left.column("front")[0], 6.65e-3));
@@ -227,7 +227,7 @@ fn liquid_in_the_bed_is_that_below_its_first_surface() {
     // A slab of a sphere of radius 0.5, from 0.1 below its middle to 0.3 above [mm^3].
     let slab = PI * (0.25 * 0.4 - (0.3_f64.powi(3) + 0.1_f64.powi(3)) / 3.0);
     let exact = 36.0 * (0.4 - slab);
-    for (exchange, ranks) in [("exact", 1), ("surface", 1), ("surface", 2)] {
+    for (exchange, ranks) in [("stress", 1), ("surface", 1), ("surface", 2)] {
         let folder = scratch.join(&format!("{exchange}-{ranks}"));
         let case = load(SOAKED, &[&format!("coupling.exchange={exchange}")]);
         start(&case, &folder, On::ranks(ranks, 1)).unwrap();

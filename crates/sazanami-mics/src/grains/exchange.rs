@@ -1,5 +1,4 @@
-//! Momentum exchange: the velocity of cells that grains cover becomes mass-averaged (back-projection),
-//! and the momentum that this takes from the fluid is given to the grains.
+//! Momentum exchange as published: the velocity of cells that grains cover becomes mass-averaged (back-projection).
 //!
 //! With alpha the solid fraction, `u_s` the rigid velocity at the covered centroid and
 //! `w = alpha rho_s / ((1 - alpha) rho_f + alpha rho_s)`,
@@ -9,17 +8,15 @@
 //! ```
 //!
 //! (Yagyu et al. 2015, section 2 (3), "mass-averaged velocity"). The stress integral that drives
-//! the grains does not contain the momentum this removes from partly covered cells; the exact
-//! exchange returns the difference as an impulse in the next step.
+//! the grains does not contain the momentum this removes from partly covered cells: it is lost.
 
-use sazanami_dem::Grains;
+use sazanami_numerics::Real;
 use sazanami_numerics::choices;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Field;
-use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
-use super::imprint::Imprint;
+use super::imprint::{Imprint, Share};
 
 choices! {
     /// Scheme of the momentum exchange between grains and fluid.
@@ -30,9 +27,8 @@ choices! {
         /// zero.
         #[default]
         Surface = "surface",
-        /// The stress integral, and in the next step the momentum that back-projection takes beyond it. Liquid fills whole cells.
-        Exact = "exact",
-        /// The stress integral alone, as in Yagyu et al. (2015): momentum is not conserved. Liquid fills whole cells.
+        /// The stress integral, and the mass average of fluid and grains in covered cells, as in Yagyu et al. (2015): momentum is not
+        /// conserved. Liquid fills whole cells.
         Stress = "stress",
     }
 }
@@ -65,44 +61,17 @@ impl MixedCell {
     }
 }
 
-/// Momentum that back-projection takes from the fluid for one grain, and the fluid mass it displaces.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Transfer {
-    /// Momentum [N s].
-    pub momentum: Vector,
-    /// Angular momentum about the grain's centre of mass [N m s].
-    pub angular_momentum: Vector,
-    /// Mass of the displaced fluid \[kg].
-    pub displaced_mass: Real,
-}
-
-/// The fluid that back-projection meets, by place in memory.
-#[derive(Clone, Copy)]
-pub(super) struct Fluid<'a> {
-    pub u: [&'a [Real]; 3],
-    pub density: &'a [Real],
-}
-
-/// Sums over the cells of each grain what back-projection will take: call before [`back_project`].
-pub(super) fn take(domain: &Domain, imprint: &Imprint, grains: &Grains, fluid: Fluid<'_>, taken: &mut [Transfer]) {
+/// Sums the mass of the fluid that each grain displaces \[kg].
+pub(super) fn displace(domain: &Domain, imprint: &Imprint, density: &Field<Real>, displaced: &mut [[Real; 1]]) {
     let volume = domain.grid().cell_volume();
-    let (alpha, solid) = (imprint.solid_fraction.data(), imprint.solid_density.data());
-    let Fluid { u: [u1, u2, u3], density: rho } = fluid;
-    for_each_chunk(taken, 64, |number, taken| {
-        for (offset, taken) in taken.iter_mut().enumerate() {
-            let n = number * 64 + offset;
-            let (velocity, spin) = (grains.velocity[n], grains.angular_velocity(n));
-            *taken = Transfer::default();
-            for share in imprint.shares(n) {
+    let (alpha, solid, rho) = (imprint.solid_fraction.data(), imprint.solid_density.data(), density.data());
+    for_each_chunk(displaced, 64, |number, displaced| {
+        for (offset, [displaced]) in displaced.iter_mut().enumerate() {
+            let of = |share: &Share| {
                 let at = share.at as usize;
-                let cell = MixedCell::new(alpha[at], solid[at], rho[at]);
-                let arm = share.arm();
-                let slip = Vector::new(u1[at], u2[at], u3[at]) - (velocity + spin.cross(arm));
-                let momentum = rho[at] * volume * cell.weight * (share.fraction / cell.alpha) * slip;
-                taken.momentum += momentum;
-                taken.angular_momentum += arm.cross(momentum);
-                taken.displaced_mass += cell.share(share.fraction) * rho[at] * volume;
-            }
+                MixedCell::new(alpha[at], solid[at], rho[at]).share(share.fraction) * rho[at] * volume
+            };
+            *displaced = imprint.shares(number * 64 + offset).iter().map(of).sum();
         }
     });
 }

@@ -24,7 +24,7 @@ use crate::grains::joint::Joint;
 use crate::grains::room::Room;
 use crate::momentum::Impulses;
 
-pub use exchange::{Exchange, RESOLVED, Transfer};
+pub use exchange::{Exchange, RESOLVED};
 pub use imprint::{Imprint, ImprintReport, Pose, Share};
 pub use loads::FluidLoad;
 pub(crate) use surface::{Surface, resistance};
@@ -45,35 +45,26 @@ pub struct Coupling {
     pub substeps: Substeps,
 }
 
-/// State of the coupling with each grain between steps, also when it migrates to another rank: the deferred impulse,
-/// the grain's state before the contacts moved it, and the pose of its volume fractions.
+/// State of the coupling with each grain between steps, also when it migrates to another rank: the grain's state before the contacts
+/// moved it, and the pose of its volume fractions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 struct CouplingState {
-    /// Deferred impulse: to be given over the next step [N s].
-    impulse: [Real; 3],
-    /// Deferred angular impulse about the centre of mass [N m s].
-    angular_impulse: [Real; 3],
+    unused: [Real; 6],
     /// Mass of displaced fluid at the last exchange \[kg].
     displaced_mass: Real,
     velocity_before: [Real; 3],
-    angular_momentum_before: [Real; 3],
+    unused_too: [Real; 3],
     /// The pose at which the grain was last imprinted, without wrapping at periodic sides; orientation zero: never.
     imprinted_at: [Real; 3],
     imprinted_turned: [Real; 4],
-    unused: [Real; 8],
+    not_used: [Real; 8],
 }
 
 impl CouplingState {
     fn imprinted(&self) -> Pose {
         let orientation = Quaternion::from_array(self.imprinted_turned);
         Pose { position: Vector::from_array(self.imprinted_at), orientation }
-    }
-
-    /// The same without a deferred impulse.
-    fn without_impulse(&self) -> Self {
-        let Self { imprinted_at, imprinted_turned, .. } = *self;
-        Self { imprinted_at, imprinted_turned, ..Self::default() }
     }
 }
 
@@ -90,7 +81,8 @@ pub struct GrainPhase {
     /// Time integral of the stress divergence over the passes of a step [N s/m^3].
     stress_impulse: [Field<Real>; 3],
     loads: Vec<FluidLoad>,
-    taken: Vec<Transfer>,
+    /// Mass of the fluid that the grains displace \[kg].
+    displaced: Vec<[Real; 1]>,
     partial: Vec<[Real; 7]>,
     /// Velocity and angular velocity of every grain and ghost on the grid.
     motion: Vec<[Real; 6]>,
@@ -126,7 +118,7 @@ impl GrainPhase {
                 std::array::from_fn(|_| Field::new(cells, 0.0))
             },
             loads: Vec::new(),
-            taken: Vec::new(),
+            displaced: Vec::new(),
             partial: Vec::new(),
             motion: Vec::new(),
             force: Vec::new(),
@@ -164,7 +156,7 @@ impl GrainPhase {
         Some(self.imprint.solid_fraction.data())
     }
 
-    /// Force of the fluid on each owned grain in the last step, deferred impulse included \[N].
+    /// Force of the fluid on each owned grain in the last step \[N].
     #[must_use]
     pub fn fluid_forces(&self) -> &[Vector] {
         &self.force
@@ -285,8 +277,7 @@ impl GrainPhase {
         });
     }
 
-    /// Turns the stress of the passes into a constant force and torque on each owned grain over
-    /// `dt` \[s], and adds the deferred impulse of the last exchange.
+    /// Turns what the fluid gave the grains in the passes into a constant force and torque on each owned grain over `dt` \[s].
     pub(crate) fn load(&mut self, domain: &Domain, room: Option<&mut Room>, gravity: Vector, dt: Real) -> Impulses {
         if let Some(room) = room {
             return self.load_open(domain, room, gravity, dt);
@@ -298,16 +289,11 @@ impl GrainPhase {
         self.force.clear();
         self.torque.clear();
         for n in 0..self.engine.grains().owned() {
-            let [impulse, angular_impulse] = vectors(&self.partial[n]);
-            let mut state = self.coupling_state(n);
-            self.force.push((impulse + Vector::from_array(state.impulse)) / dt);
-            self.torque.push((angular_impulse + Vector::from_array(state.angular_impulse)) / dt);
-            let grains = self.engine.grains();
-            state.velocity_before = grains.velocity[n].to_array();
-            state.angular_momentum_before = grains.angular_momentum[n].to_array();
-            // The impulse of this step's stress is not deferred: see `exchange`.
-            state.impulse = (-impulse).to_array();
-            state.angular_impulse = (-angular_impulse).to_array();
+            let [impulse, turn] = vectors(&self.partial[n]);
+            self.force.push(impulse / dt);
+            self.torque.push(turn / dt);
+            let velocity_before = self.engine.grains().velocity[n].to_array();
+            let state = CouplingState { velocity_before, ..self.coupling_state(n) };
             self.set_coupling_state(n, state);
         }
         Impulses::default()
@@ -368,7 +354,7 @@ impl GrainPhase {
         }
     }
 
-    /// Makes the velocity `u` of covered cells mass-averaged and sets the deferred impulses of the grains.
+    /// Gives the grains in their new places what the cells owe them; with back-projection makes the velocity of covered cells mass-averaged.
     pub(crate) fn exchange(
         &mut self,
         domain: &Domain,
@@ -385,22 +371,17 @@ impl GrainPhase {
         }
         self.sum_velocities(domain, |_, _| [Vector::ZERO; 2]);
         let Flow { velocity: u, density, .. } = flow;
-        self.take(domain, u, density);
+        self.displace(domain, density);
         exchange::back_project(domain, &self.imprint, u, density);
 
         let mut sum = [Vector::ZERO; 3];
         let [weight, displaced_mass_flux, held] = &mut sum;
         for n in 0..self.engine.grains().owned() {
             let grains = self.engine.grains();
-            let [momentum, angular_momentum] = vectors(&self.partial[n]);
-            let displaced = self.partial[n][6];
+            let [displaced] = self.displaced[n];
             let mut state = self.coupling_state(n);
             let before = Vector::from_array(state.velocity_before);
             let gained = grains.velocity[n] - before;
-            let spun = grains.angular_momentum[n] - Vector::from_array(state.angular_momentum_before);
-            let impulse = Vector::from_array(state.impulse) + momentum + displaced * (gained - gravity * dt);
-            let turned = Vector::from_array(state.angular_impulse) + angular_momentum;
-            let turned = turned + (displaced / grains.mass[n]) * spun;
             *weight -= displaced * gravity * dt;
             if grains.motion[n] == Motion::Free {
                 *weight += grains.mass[n] * gravity * dt;
@@ -409,9 +390,6 @@ impl GrainPhase {
                 *held += displaced * gained - dt * self.force[n];
             }
             state.displaced_mass = displaced;
-            let exact = self.coupling.exchange == Exchange::Exact;
-            state.impulse = if exact { impulse.to_array() } else { [0.0; 3] };
-            state.angular_impulse = if exact { turned.to_array() } else { [0.0; 3] };
             self.set_coupling_state(n, state);
         }
         let [gravity_on_grains, displaced_mass_flux, held_grains] = sum_over_ranks(domain, sum);
@@ -437,7 +415,7 @@ impl GrainPhase {
         Ok(())
     }
 
-    /// Starts the exchange: displaced mass as at the start, no deferred impulse.
+    /// Starts the exchange.
     pub(crate) fn begin_exchange(&mut self, domain: &Domain, flow: &Flow, gravity: Vector) {
         if self.is_empty() {
             return;
@@ -445,34 +423,26 @@ impl GrainPhase {
         if self.has_surfaces() {
             return self.begin_surfaces(domain, flow, gravity);
         }
-        let (u, density) = (&flow.velocity, &flow.density);
-        self.take(domain, u, density);
+        self.displace(domain, &flow.density);
         for n in 0..self.engine.grains().owned() {
-            let state = self.coupling_state(n);
-            self.set_coupling_state(n, CouplingState { displaced_mass: self.partial[n][6], ..state.without_impulse() });
+            let [displaced_mass] = self.displaced[n];
+            self.set_coupling_state(n, CouplingState { displaced_mass, ..self.coupling_state(n) });
         }
     }
 
-    /// Momentum of the free grains, of the fluid they displace at their velocity (with surfaces none), and the deferred impulse of all
-    /// grains, over all ranks [N s].
+    /// Momentum of the free grains, and of the fluid they displace at their velocity (with surfaces none), over all ranks [N s].
     #[must_use]
-    pub fn momentum(&self, domain: &Domain) -> [Vector; 3] {
+    pub fn momentum(&self, domain: &Domain) -> [Vector; 2] {
         let grains = self.engine.grains();
-        let mut sum = [Vector::ZERO; 3];
-        if self.has_surfaces() {
-            let free = (0..grains.owned()).filter(|&n| grains.motion[n] == Motion::Free);
-            sum[0] = free.map(|n| grains.mass[n] * grains.velocity[n]).sum();
-            return sum_over_ranks(domain, sum);
-        }
-        for n in 0..grains.owned() {
-            let state = self.coupling_state(n);
-            if grains.motion[n] == Motion::Free {
-                sum[0] += grains.mass[n] * grains.velocity[n];
-                sum[1] += state.displaced_mass * grains.velocity[n];
+        let mut sum = [Vector::ZERO; 2];
+        for n in (0..grains.owned()).filter(|&n| grains.motion[n] == Motion::Free) {
+            sum[0] += grains.mass[n] * grains.velocity[n];
+            if !self.has_surfaces() {
+                sum[1] += self.coupling_state(n).displaced_mass * grains.velocity[n];
             }
-            sum[2] += Vector::from_array(state.impulse);
         }
-        sum_over_ranks(domain, sum)
+        let [a, b, _] = sum_over_ranks(domain, [sum[0], sum[1], Vector::ZERO]);
+        [a, b]
     }
 
     /// Volume of liquid inside grains, over all ranks [m^3].
@@ -499,17 +469,11 @@ impl GrainPhase {
         self.engine.attached_mut()[n] = bytemuck::cast(state);
     }
 
-    fn take(&mut self, domain: &Domain, u: &[Field<Real>; 3], density: &Field<Real>) {
-        let grains = self.engine.grains();
-        self.taken.resize(grains.len(), Transfer::default());
-        let fluid = exchange::Fluid { u: u.each_ref().map(Field::data), density: density.data() };
-        exchange::take(domain, &self.imprint, grains, fluid, &mut self.taken);
-        self.partial.clear();
-        self.partial.extend(self.taken.iter().map(|taken| {
-            let [p, l] = [taken.momentum.to_array(), taken.angular_momentum.to_array()];
-            [p[0], p[1], p[2], l[0], l[1], l[2], taken.displaced_mass]
-        }));
-        self.engine.gather_to_owners(domain, &mut self.partial);
+    /// Sums the mass of the fluid that the grains displace, at their owners.
+    fn displace(&mut self, domain: &Domain, density: &Field<Real>) {
+        self.displaced.resize(self.engine.grains().len(), [0.0]);
+        exchange::displace(domain, &self.imprint, density, &mut self.displaced);
+        self.engine.gather_to_owners(domain, &mut self.displaced);
     }
 }
 

@@ -28,7 +28,7 @@ impl GrainPhase {
         &mut self.imprint
     }
 
-    /// Sets force and torque on each owned grain over `dt` \[s]: what the cells owe it, the friction, and the deferred impulse.
+    /// Sets force and torque on each owned grain over `dt` \[s]: what the cells owe it, and the friction.
     pub(super) fn load_open(&mut self, domain: &Domain, room: &mut Room, gravity: Vector, dt: Real) -> Impulses {
         self.share_out(domain, room, true);
         let fluid_weight = room.take_given(domain);

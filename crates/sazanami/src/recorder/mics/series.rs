@@ -94,10 +94,8 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<GridObserver>] = quantities! 
     "momentum_liquid_3", "N s", "momentum of the liquid along x3" => |row| of_stored(row, |stored| stored.liquid.z);
     "momentum_gas_3", "N s", "momentum of the gas along x3" => |row| of_stored(row, |stored| stored.gas.z);
     "momentum_grains_3", "N s", "momentum of the grains along x3" => |row| of_stored(row, |stored| stored.grains.z);
-    "momentum_displaced_3", "N s", "momentum of the fluid that grains displace"
+    "momentum_displaced_3", "N s", "momentum of the fluid on the covered part of the cells, or that grains displace"
         => |row| of_stored(row, |stored| stored.displaced.z);
-    "momentum_deferred_to_grains_3", "N s", "impulse of the fluid that the grains have yet to receive"
-        => |row| of_stored(row, |stored| stored.deferred_to_grains.z);
     "impulse_walls_on_fluid_3", "N s", "impulse of the walls on the fluid along x3 since the start"
         => |row| of_impulses(row, |impulses| impulses.walls_on_fluid.z);
     "impulse_walls_on_grains_3", "N s", "impulse of the walls on the grains along x3"
