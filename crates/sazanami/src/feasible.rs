@@ -13,7 +13,6 @@ mod within_box;
 use std::ops::Range;
 
 use sazanami_dem::{Body, Engine};
-use sazanami_numerics::choice::Choice as _;
 use sazanami_numerics::geometry::{Exact, Shape};
 use sazanami_numerics::{Quaternion, Real};
 

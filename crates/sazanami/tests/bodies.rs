@@ -196,15 +196,14 @@ fn a_body_passes_the_surface_of_liquid() {
     let out = "grains.0.placement.list=[{ position = [\"11.25 mm\", \"11.25 mm\", \"14 mm\"], velocity = [\"0 m/s\", \"0 m/s\", \"1 m/s\"] }]";
     let run_with = |name: &str, overrides: &[&str]| {
         let left = run(&format!("surface-{name}"), AT_SURFACE, overrides);
-        let residual = last(&left, "momentum_residual_relative");
-        assert!(residual < 1e-6, "{name}: {residual}");
-        last(&left, "wet_liquid_volume_relative_change").abs()
+        (last(&left, "momentum_residual_relative"), last(&left, "wet_liquid_volume_relative_change").abs())
     };
     let held = "grains.0.motion=prescribed";
     for (name, overrides) in [("dropped", &[][..]), ("lowered", &[held]), ("pulled", &[held, out])] {
-        let change = run_with(name, overrides);
-        assert!(change < 1e-8, "{name}: {change}");
+        let (residual, change) = run_with(name, overrides);
+        assert!(residual < 1e-6 && change < 1e-8, "{name}: {residual} {change}");
     }
-    // Negative control: in whole cells liquid hides within the sphere, 5 % of it in all.
-    assert!(run_with("whole", &["coupling.exchange=stress", held]) > 5e-3);
+    // Negative control: as published liquid hides within the sphere, 5 % of it in all, and momentum is lost.
+    let (residual, change) = run_with("whole", &["coupling.exchange=stress", held]);
+    assert!(residual > 1e-2 && change > 5e-3, "{residual} {change}");
 }

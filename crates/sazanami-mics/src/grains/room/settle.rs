@@ -28,8 +28,8 @@ const PART: Real = 2.0 / 3.0;
 /// Part of what the neighbours of a cell have no room for, per room of a neighbour, that is handed over all the same: so it spreads to
 /// where there is room.
 const SPREADING: Real = 1e-3;
-/// Gas in a cell from which on it counts the less as a full one the more there is.
-const NEARLY: Real = 1e-2;
+/// Gas up to which a cell counts as a full one, the less the more there is: round-off must not decide.
+const NEARLY: Real = 1e-8;
 /// Preference of faces without outflow, beside the Courant number of the others.
 const STILL: Real = 0.02;
 
