@@ -55,7 +55,10 @@ fn a_held_grain_falls_from_its_release_on() {
         let held = left(&scratch.join(&solver), &[&word, &exchange]);
         // The momentum of grains begins with their release, and stands in the budget; as published some is lost.
         let residual = held.summary["conservation"]["momentum_residual_relative"].as_f64();
-        assert!(residual.is_none_or(|residual| residual < if way == "stress" { 1e-2 } else { 1e-9 }), "{solver}: {residual:?}");
+        assert!(
+            residual.is_none_or(|residual| residual < if way == "stress" { 1e-2 } else { 1e-9 }),
+            "{solver}: {residual:?}"
+        );
         let [times, speeds] = ["time", "largest_grain_speed"].map(|column| held.column(column));
         for (&time, &speed) in times.iter().zip(&speeds).skip(1) {
             let expected = 9.81 * Real::max(time - 2.05e-3, 0.0);

@@ -12,7 +12,6 @@ use crate::links::files_below;
 const TABLES: [&str; 6] = ["contact", "coupling", "dem", "fluid", "overlap", "particles"];
 /// Words whose fate is open: tests alone use them.
 const UNDECIDED: [&str; 9] = [
-    "coupling.room = \"open\"",
     "fluid.viscosity = \"explicit\"",
     "fluid.viscosity = \"implicit\"",
     "overlap.added_mass = \"constant\"",

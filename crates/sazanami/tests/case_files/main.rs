@@ -283,7 +283,10 @@ fn the_literal_preset_follows_the_letter() {
     assert_eq!(literal.grains[0].mass_override, Some(1.93e-7));
     assert!(literal.contacts.iter().all(|pair| pair.law.options().tension));
     // What the case says itself stands above the preset.
-    let mixed = case_of(&plain, &["preset=paper_literal", "coupling.exchange=surface", "fluid.convection=consistent", "fluid.dt_max=1 ms"]);
+    let mixed = case_of(
+        &plain,
+        &["preset=paper_literal", "coupling.exchange=surface", "fluid.convection=consistent", "fluid.dt_max=1 ms"],
+    );
     assert_eq!(mixed.coupling.exchange, Exchange::Surface);
     assert!(matches!(mixed.fluid.step, Step::Adaptive { .. }));
     let recommended = case_of(&plain, &[]);
