@@ -111,8 +111,7 @@ impl Heights {
     fn keep_beside(&mut self, domain: &Domain, d: usize) {
         let (own, stride) = (self.own.data(), domain.strides()[d]);
         domain.for_each_row(&domain.interior(), self.fields[d].data_mut(), |row, field| {
-            let ([below, here], above) =
-                ([-stride, 0].map(|by| &own[row.shifted(by)]), &own[row.shifted(stride)]);
+            let ([below, here], above) = ([-stride, 0].map(|by| &own[row.shifted(by)]), &own[row.shifted(stride)]);
             for (i, field) in field.iter_mut().enumerate() {
                 *field = if here[i] == 0.0 { nearest_beside(below[i], above[i]) } else { here[i] };
             }
@@ -131,8 +130,7 @@ impl Heights {
         let (values, stride) = (self.fields[d].data(), self.fields[d].strides()[d] as isize);
         let mut best: Option<Real> = None;
         for offset in -LOOKED_AT..=LOOKED_AT {
-            let Some((h, _)) =
-                told(values[(at as isize + offset * stride) as usize]).filter(|&(_, is_up)| is_up == up)
+            let Some((h, _)) = told(values[(at as isize + offset * stride) as usize]).filter(|&(_, is_up)| is_up == up)
             else {
                 continue;
             };
