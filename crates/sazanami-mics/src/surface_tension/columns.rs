@@ -104,7 +104,8 @@ mod tests {
         let heights = std::array::from_fn(|a| {
             std::array::from_fn(|b| {
                 let (x, y) = (a as Real - 1.0, b as Real - 1.0);
-                (!missing.contains(&(a, b))).then(|| 0.1 + 0.7 * x - 0.4 * y - 0.2 * x * x + 0.05 * x * y - 0.1 * y * y)
+                let height = 0.1 + 0.7 * x - 0.4 * y - 0.2 * x * x + 0.05 * x * y - 0.1 * y * y;
+                (!missing.contains(&(a, b))).then_some(height)
             })
         });
         Columns { direction: 2, up: true, heights }
