@@ -22,13 +22,13 @@ pub(crate) struct Arrangement {
 impl Arrangement {
     /// Migrates and sorts the particles, and renews ghosts and lists for a step in which fluid and grains move at
     /// up to `fastest` [m/s] at the start and drag relaxes at `drag_rate` [1/s], with lists that reach `widening` times as far
-    /// as the radius of influence. Resets `voids` to clear fluid.
+    /// as the radius of influence, and ghosts at least within the radius `read` \[m] of grains. Resets `voids` to clear fluid.
     pub fn renew(
         &mut self,
         step: &Context<'_>,
         particles: &mut Particles,
         (fastest, drag_rate): (Real, Real),
-        widening: Real,
+        (widening, read): (Real, Real),
         voids: &mut Voids,
     ) {
         let Context { domain, periods, kernel, settings, forcing, dt, .. } = *step;
@@ -38,7 +38,7 @@ impl Arrangement {
         let radius = widening * kernel.weight.radius + margin;
         // Drag may change the velocity by up to its rate times the slip.
         let kick = 1.0 + (dt * drag_rate).min(1.0);
-        let reach = radius + 2.1 * dt * (kick * speed + dt * forcing.body_force.length());
+        let reach = radius.max(read) + 2.1 * dt * (kick * speed + dt * forcing.body_force.length());
         let Self { ghosts, bins, neighbours, bin } = self;
         ghosts.migrate(domain, particles);
         bins.renew(domain, reach);

@@ -47,6 +47,24 @@ pub struct Tank {
     pub gates: Vec<Gate>,
 }
 
+/// A point, or one of its mirror images in walls and gates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Image {
+    /// \[m]
+    pub position: Vector,
+    /// Directions in which a wall mirrors it.
+    pub in_wall: [bool; 3],
+    /// Direction in which a gate does.
+    pub in_gate: Option<usize>,
+}
+
+impl Image {
+    /// Whether it is not the point itself.
+    pub fn is_mirrored(&self) -> bool {
+        self.in_wall.contains(&true) || self.in_gate.is_some()
+    }
+}
+
 /// The extent of the box in a direction is not a multiple of the particle spacing.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
@@ -83,6 +101,38 @@ impl Tank {
     pub(crate) fn is_full(&self, volume: Real) -> bool {
         let closed = self.sides.as_flattened().iter().all(|&side| side != Side::Open);
         closed && volume > FULL * (self.upper - self.lower).element_product()
+    }
+
+    /// Calls `see` with the point `x` \[m] and its images in the planes of walls and gates nearer than `radius` \[m]; images of
+    /// images fill edges and corners.
+    pub(crate) fn for_each_image(&self, x: Vector, radius: Real, mut see: impl FnMut(&Image)) {
+        let as_it_is = Image { position: x, in_wall: [false; 3], in_gate: None };
+        self.mirror(as_it_is, 0, radius, &mut see);
+    }
+
+    /// [`Self::for_each_image`] of an image from `direction` on.
+    fn mirror(&self, image: Image, direction: usize, radius: Real, see: &mut impl FnMut(&Image)) {
+        if direction == 3 {
+            return see(&image);
+        }
+        self.mirror(image, direction + 1, radius, see);
+        let coordinate = image.position[direction];
+        let mut in_plane = |plane: Real, mut mirrored: Image| {
+            if (coordinate - plane).abs() < radius {
+                mirrored.position[direction] = 2.0 * plane - coordinate;
+                self.mirror(mirrored, direction + 1, radius, see);
+            }
+        };
+        for gate in self.gates.iter().filter(|gate| gate.direction == direction && !gate.is_gone()) {
+            in_plane(gate.place, Image { in_gate: Some(direction), ..image });
+        }
+        for (side, corner) in [self.lower, self.upper].into_iter().enumerate() {
+            if self.sides[direction][side] == Side::Wall {
+                let mut mirrored = image;
+                mirrored.in_wall[direction] = true;
+                in_plane(corner[direction] + self.displacement[direction], mirrored);
+            }
+        }
     }
 
     /// Whether gates are normal to one direction, along which there are walls, and keep `room` \[m] from these and from each

@@ -35,6 +35,16 @@ impl Context<'_> {
         self.forcing.body_force - self.reduced_force
     }
 
+    /// Body force that a pressure can bear: without its part along periodic directions [m/s^2].
+    pub fn still_force(&self) -> Vector {
+        Vector::select(self.periods.length.cmpgt(Vector::ZERO), Vector::ZERO, self.forcing.body_force)
+    }
+
+    /// Its part whose hydrostatic pressure is not split off [m/s^2].
+    pub fn unreduced_still_force(&self) -> Vector {
+        self.still_force() - self.reduced_force
+    }
+
     /// Mass of a fluid particle \[kg].
     pub fn particle_mass(&self) -> Real {
         self.settings.fluid.density * self.settings.fluid.spacing.powi(3)

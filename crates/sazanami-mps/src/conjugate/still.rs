@@ -56,8 +56,7 @@ impl Still {
         }
         let Particles { kind, position, pressure, owned, .. } = particles;
         let (kind, position, owned) = (&kind[..], &position[..], *owned);
-        let body = Vector::select(step.periods.length.cmpgt(Vector::ZERO), Vector::ZERO, step.forcing.body_force);
-        let force = step.settings.fluid.density * body;
+        let force = step.settings.fluid.density * step.still_force();
         set_column(&mut self.exact, owned, |a| kind[a] == Kind::Fluid && !rows[a].beside_surface);
         let (exact, old) = (&self.exact[..], &pressure[..]);
         let [sum, number] = step

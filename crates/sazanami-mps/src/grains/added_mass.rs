@@ -122,6 +122,7 @@ impl GrainPhase {
             });
         }
         let (around, velocity, added, by_body) = (&around[..], &places[..], &added[..], step.explicit_force());
+        let hydrostatic = density * step.unreduced_still_force();
         for_each_chunk((&mut engine.attached_mut()[..owned], &mut force[..]), ROWS, |number, (kept, force)| {
             for (row, (kept, force)) in kept.iter_mut().zip(force).enumerate() {
                 let g = number * ROWS + row;
@@ -129,7 +130,8 @@ impl GrainPhase {
                 *force += around[g].lift;
                 if with_added_mass {
                     let [mass] = added[g];
-                    let carried = vector(kept, CARRIED) + dt * (by_body - around[g].gradient / density);
+                    let gradient = around[g].pressing / around[g].wetness.max(Real::MIN_POSITIVE) + hydrostatic;
+                    let carried = vector(kept, CARRIED) + dt * (by_body - gradient / density);
                     *force += mass / dt * (carried - velocity[g]);
                     kept[ADDED_MASS] = mass;
                     set_vector(kept, CARRIED, carried);
@@ -192,8 +194,8 @@ impl GrainPhase {
         let (owned, gates) = (grains.owned(), &gates[..]);
         set_column(shared, owned, |g| {
             let kept = &grains.attached[g];
-            let [support, sum @ ..] = fluid.sum_beside(gates, grains.position[g], |pair, fluid: &[Lanes; 10]| {
-                let [_, _, _, inverse_void, .., u, v, w] = fluid;
+            let [support, sum @ ..] = fluid.sum_beside(gates, grains.position[g], |pair, fluid: &[Lanes; 7]| {
+                let [_, _, _, inverse_void, u, v, w] = fluid;
                 let weight = lanes(|l| pair.weight[l] * inverse_void[l]);
                 let mean = |field: &Lanes| lanes(|l| weight[l] * field[l]);
                 [weight, mean(u), mean(v), mean(w)]

@@ -117,8 +117,14 @@ impl<const N: usize> Binned<N> {
             end = end.next_multiple_of(LANES as u32);
         }
         groups.resize(entries.len() / LANES, [[0.0; LANES]; N]);
-        let entries = &entries[..];
-        for_each_chunk(&mut groups[..], ROWS, |number, groups| {
+        self.set(numbers);
+        self.find_extents();
+    }
+
+    /// Sets the values of the points, which are where they were.
+    pub fn set(&mut self, numbers: impl Fn(usize) -> [Real; N] + Sync) {
+        let entries = &self.entries[..];
+        for_each_chunk(&mut self.groups[..], ROWS, |number, groups| {
             for (n, group) in groups.iter_mut().enumerate() {
                 for (l, &n) in entries[LANES * (ROWS * number + n)..][..LANES].iter().enumerate() {
                     let numbers = if n == NONE { nothing() } else { numbers(n as usize) };
@@ -126,7 +132,6 @@ impl<const N: usize> Binned<N> {
                 }
             }
         });
-        self.find_extents();
     }
 
     fn find_extents(&mut self) {

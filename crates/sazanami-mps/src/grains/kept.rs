@@ -9,8 +9,8 @@ pub(super) const PLACE: usize = 0;
 pub(super) const SUPPORT: usize = 3;
 /// Wet fraction.
 pub(super) const WETNESS: usize = 4;
-/// Gradient of the reduced pressure before the step [Pa/m].
-pub(super) const GRADIENT: usize = 5;
+/// Force of the pressure of the step before, beyond the hydrostatic one, over the volume of the grain [Pa/m].
+pub(super) const PRESSING: usize = 5;
 /// Drag in the last step \[N].
 pub(super) const DRAG_FORCE: usize = 8;
 /// Pressure force in the last step \[N].

@@ -92,8 +92,8 @@ impl GrainPhase {
         for_each_chunk(&mut around[..], ROWS, |number, around| {
             for (row, around) in around.iter_mut().enumerate().filter(|(_, around)| around.wetness > 0.0) {
                 let g = number * ROWS + row;
-                let sums = fluid.sum_beside(gates, grains.position[g], |pair, fluid: &[Lanes; 10]| {
-                    let [_, _, _, inverse_void, _, _, _, u, v, w] = fluid;
+                let sums = fluid.sum_beside(gates, grains.position[g], |pair, fluid: &[Lanes; 7]| {
+                    let [_, _, _, inverse_void, u, v, w] = fluid;
                     let weight = lanes(|l| pair.weight[l] * inverse_void[l]);
                     let times = |a: &Lanes, b: &Lanes| lanes(|l| a[l] * b[l]);
                     // From the grain to the particle.

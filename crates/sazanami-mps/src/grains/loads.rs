@@ -7,7 +7,7 @@ use sazanami_parallel::for_each_chunk;
 
 use super::binned::{Binned, Lanes, lanes};
 use super::drag::{DragLaw, ForDragLaw, relaxation_rate, volume, yielding};
-use super::kept::{DRAG_FORCE, GRADIENT, PLACE, PRESSURE_FORCE, SUPPORT, VOID, WETNESS};
+use super::kept::{DRAG_FORCE, PLACE, PRESSING, PRESSURE_FORCE, SUPPORT, VOID, WETNESS, set_vector, vector};
 use super::{CouplingReport, FluidAtGrain, GrainPhase, Lift, diameter_of, largest};
 use crate::boundary::Tank;
 use crate::context::{Context, Motion};
@@ -24,15 +24,14 @@ const WET: Real = 0.5;
 struct Fluid<'a, U> {
     kind: &'a [Kind],
     position: &'a [Vector],
-    gradient: &'a [Vector],
     inverse_void: &'a [Real],
-    /// What is interpolated beside the gradient, by particle: the velocity [m/s] or a part of the acceleration [m/s^2].
+    /// What is interpolated, by particle: the velocity [m/s] or a part of the acceleration [m/s^2].
     of_motion: U,
 }
 
 impl<U: Fn(usize) -> Vector + Sync> Fluid<'_, U> {
     /// Sorts the fluid particles into bins, in their present order.
-    fn put_into(&self, binned: &mut Binned<10>, domain: &Domain, radius: Real) {
+    fn put_into(&self, binned: &mut Binned<7>, domain: &Domain, radius: Real) {
         binned.fill(
             domain,
             radius,
@@ -40,9 +39,8 @@ impl<U: Fn(usize) -> Vector + Sync> Fluid<'_, U> {
             |a| (self.kind[a] == Kind::Fluid).then_some(self.position[a]),
             |a, b| a.cmp(&b),
             |a| {
-                let (x, g) = (self.position[a], self.gradient[a]);
-                let u = (self.of_motion)(a);
-                [x.x, x.y, x.z, self.inverse_void[a], g.x, g.y, g.z, u.x, u.y, u.z]
+                let (x, u) = (self.position[a], (self.of_motion)(a));
+                [x.x, x.y, x.z, self.inverse_void[a], u.x, u.y, u.z]
             },
         );
     }
@@ -160,6 +158,7 @@ impl GrainPhase {
     pub(crate) fn interpolate_fluid(
         &mut self,
         step: &Context<'_>,
+        tank: &Tank,
         particles: &mut Particles,
         predicted: Option<&[Vector]>,
         inverse_void: &[Real],
@@ -169,13 +168,13 @@ impl GrainPhase {
             return;
         }
         let Context { domain, kernel, dt, .. } = *step;
-        ghosts.refresh(domain, &mut particles.gradient);
+        self.begin_pressing(step, particles, inverse_void, ghosts);
         let Particles { kind, position, velocity, gradient, .. } = &*particles;
         let density = self.coupling.drag.density;
         let yields = if predicted.is_some() { -dt / density } else { 0.0 };
         let velocity = predicted.unwrap_or(velocity);
         let of_motion = |a: usize| velocity[a] + yields * gradient[a];
-        let fluid = Fluid { kind, position, gradient, inverse_void, of_motion };
+        let fluid = Fluid { kind, position, inverse_void, of_motion };
         let near = self.near_fluid(step);
         let Self { engine, coupling, sources, around, diameter, fluid: binned, gates, .. } = self;
         let (engine, gates) = (&*engine, &gates[..]);
@@ -186,16 +185,15 @@ impl GrainPhase {
         let with_added_mass = coupling.added_mass.is_some();
         set_column(around, grains.owned(), |g| {
             let x = grains.position[g];
-            let [support, gradient @ .., u, v, w] = binned.sum_beside(gates, x, |pair, fluid: &[Lanes; 10]| {
-                let [_, _, _, inverse_void, g1, g2, g3, u, v, w] = fluid;
+            let [support, u, v, w] = binned.sum_beside(gates, x, |pair, fluid: &[Lanes; 7]| {
+                let [_, _, _, inverse_void, u, v, w] = fluid;
                 let weight = lanes(|l| pair.weight[l] * inverse_void[l]);
                 let mean = |field: &Lanes| lanes(|l| weight[l] * field[l]);
-                [weight, mean(g1), mean(g2), mean(g3), mean(u), mean(v), mean(w)]
+                [weight, mean(u), mean(v), mean(w)]
             });
             let mut sum = FluidAtGrain { support, ..FluidAtGrain::default() };
             if support > 0.0 {
                 sum.velocity = Vector::new(u, v, w) / support;
-                sum.gradient = Vector::from_array(gradient) / support;
                 sum.wetness = (support / near.whole).min(1.0);
             }
             let solid = sources.fraction(x);
@@ -207,7 +205,10 @@ impl GrainPhase {
             }
             sum
         });
-        if coupling.lift != Lift::None {
+        let (mut around, grains) = (std::mem::take(&mut self.around), self.engine.grains());
+        for_each_grain(&mut around, |g, around| around.pressing = self.pressing_at(tank, grains.position[g]));
+        self.around = around;
+        if self.coupling.lift != Lift::None {
             self.set_lift();
         }
     }
@@ -262,25 +263,25 @@ impl GrainPhase {
         if !self.is_active() {
             return Ok(ContactReport::default());
         }
-        let Context { domain, dt, reduced_force: reduced, .. } = *step;
+        let Context { domain, dt, .. } = *step;
         let by_volume = step.forcing.by_volume;
         let body_force = step.forcing.body_force - by_volume;
         self.drag_rate = self.present_drag_rate(domain);
         self.first_drag_rate = None;
         let Self { engine, coupling, around, diameter, force, places, .. } = self;
         let density = coupling.drag.density;
-        let (around, diameter, owned) = (&around[..], &diameter[..], around.len());
+        let (around, diameter, owned, still) = (&around[..], &diameter[..], around.len(), step.still_force());
         set_column(force, owned, |g| {
-            -around[g].wetness * volume(diameter[g]) * (around[g].gradient + density * (reduced - by_volume))
+            -volume(diameter[g]) * (around[g].pressing + around[g].wetness * density * (still - by_volume))
         });
         set_column(places, owned, |g| engine.grains().unwrapped_position(g));
         for_each_grain(&mut engine.attached_mut()[..owned], |g, kept| {
-            kept[PLACE..PLACE + 3].copy_from_slice(&places[g].to_array());
+            set_vector(kept, PLACE, places[g]);
             kept[SUPPORT] = around[g].support;
             kept[WETNESS] = around[g].wetness;
             kept[VOID] = around[g].void_fraction;
-            kept[GRADIENT..GRADIENT + 3].copy_from_slice(&around[g].gradient.to_array());
-            kept[PRESSURE_FORCE..PRESSURE_FORCE + 3].copy_from_slice(&force[g].to_array());
+            set_vector(kept, PRESSING, around[g].pressing);
+            set_vector(kept, PRESSURE_FORCE, force[g]);
         });
         let has_more = coupling.has_more_than_drag();
         if has_more {
@@ -307,14 +308,14 @@ impl GrainPhase {
             let kept = &grains.attached[g];
             // That of the water alone; what comes from outside has no reaction on it.
             let outside = kept[WETNESS] * density * volume(diameter[g]) * by_volume;
-            let pressure = dt * (Vector::from_slice(&kept[PRESSURE_FORCE..PRESSURE_FORCE + 3]) - outside);
+            let pressure = dt * (vector(kept, PRESSURE_FORCE) - outside);
             [drag.x, drag.y, drag.z, pressure.x, pressure.y, pressure.z]
         }));
         report.drag_on_grains = Vector::from_slice(&sum[..3]);
         report.pressure_on_grains = Vector::from_slice(&sum[3..]);
         set_column(places, owned, |g| grains.drag_impulse[g]);
         for_each_grain(&mut engine.attached_mut()[..owned], |g, kept| {
-            kept[DRAG_FORCE..DRAG_FORCE + 3].copy_from_slice(&(places[g] / dt).to_array());
+            set_vector(kept, DRAG_FORCE, places[g] / dt);
         });
         if has_more {
             self.report_further_forces(step, without, report);
@@ -322,51 +323,39 @@ impl GrainPhase {
         Ok(contacts)
     }
 
-    /// Corrects the pressure force of the step from the gradient of the previous step to that of the new pressure, and
-    /// settles the added mass. The fluid was `new` places and had the velocities `unpressed` without the pressure of the step
-    /// [m/s]. Adds the impulses to the report.
+    /// Corrects the pressure force of the step from the pressure of the step before to the new one, and settles the added mass. The
+    /// fluid was `new` places and had the velocities `unpressed` without the pressure of the step [m/s]. Adds the impulses to the
+    /// report.
     pub(crate) fn correct_pressure_force(
         &mut self,
         step: &Context<'_>,
-        particles: &mut Particles,
+        tank: &Tank,
+        (particles, ghosts): (&mut Particles, &mut Ghosts),
         (new, unpressed): (&Motion, impl Fn(usize) -> Vector + Sync),
         inverse_void: &[Real],
-        ghosts: &mut Ghosts,
         report: &mut CouplingReport,
     ) {
         if !self.is_active() {
             return;
         }
         let Context { domain, kernel, dt, .. } = *step;
-        ghosts.refresh(domain, &mut particles.gradient);
-        let Particles { kind, gradient, velocity, .. } = &*particles;
-        let (with_added_mass, by_body) = (self.coupling.added_mass.is_some(), step.explicit_force());
-        let of_motion =
-            |a: usize| if with_added_mass { (unpressed(a) - velocity[a]) / dt - by_body } else { Vector::ZERO };
-        let fluid = Fluid { kind, position: &new.position, gradient, inverse_void, of_motion };
-        let Self { engine, coupling, force, fluid: binned, gates, .. } = self;
-        fluid.put_into(binned, domain, coupling.reach * kernel.weight.radius);
-        let (binned, gates) = (&*binned, &gates[..]);
-        let grains = engine.grains();
+        self.press_anew(step, particles, ghosts);
+        if self.coupling.added_mass.is_some() {
+            let (kind, velocity, by_body) = (&particles.kind[..], &particles.velocity[..], step.explicit_force());
+            let of_motion = |a: usize| (unpressed(a) - velocity[a]) / dt - by_body;
+            let fluid = Fluid { kind, position: &new.position, inverse_void, of_motion };
+            fluid.put_into(&mut self.fluid, domain, self.coupling.reach * kernel.weight.radius);
+        }
+        let mut force = std::mem::take(&mut self.force);
+        let (engine, grains) = (&self.engine, self.engine.grains());
         let owned = grains.owned();
-        set_column(force, owned, |g| {
+        set_column(&mut force, owned, |g| {
             let kept = &grains.attached[g];
-            if kept[WETNESS] == 0.0 {
-                return Vector::ZERO;
-            }
-            let x = grains.position[g];
-            let [support, sum @ ..] = binned.sum_beside(gates, x, |pair, fluid: &[Lanes; 10]| {
-                let [_, _, _, inverse_void, g1, g2, g3, ..] = fluid;
-                let weight = lanes(|l| pair.weight[l] * inverse_void[l]);
-                let mean = |field: &Lanes| lanes(|l| weight[l] * field[l]);
-                [weight, mean(g1), mean(g2), mean(g3)]
-            });
-            if support == 0.0 {
-                return Vector::ZERO;
-            }
-            let before = Vector::from_slice(&kept[GRADIENT..GRADIENT + 3]);
-            -kept[WETNESS] * volume(diameter_of(engine, g)) * (Vector::from_array(sum) / support - before)
+            let begun = engine.image_position(vector(kept, PLACE), grains.image(g));
+            -volume(diameter_of(engine, g)) * (self.pressing_at(tank, begun) - vector(kept, PRESSING))
         });
+        self.force = force;
+        let Self { engine, force, .. } = self;
         for_each_grain(&mut engine.attached_mut()[..owned], |g, kept| {
             (0..3).for_each(|d| kept[PRESSURE_FORCE + d] += force[g][d]);
         });

@@ -11,6 +11,7 @@ mod exchange;
 mod kept;
 mod lift;
 mod loads;
+mod pressing;
 mod report;
 mod sources;
 
@@ -70,8 +71,8 @@ impl Coupling {
 pub(crate) struct FluidAtGrain {
     /// Velocity of the fluid [m/s].
     pub velocity: Vector,
-    /// Gradient of the reduced pressure [Pa/m].
-    pub gradient: Vector,
+    /// Force of the pressure of the step before, beyond the hydrostatic one, over the volume of the grain [Pa/m].
+    pub pressing: Vector,
     /// Wet fraction of the grain.
     pub wetness: Real,
     /// Void fraction, without the contribution of the grain itself.
@@ -108,8 +109,12 @@ pub struct GrainPhase {
     added: Vec<[Real; 1]>,
     shared: Vec<[Real; 6]>,
     places: Vec<Vector>,
-    /// Fluid in bins: positions, `1/eps`, pressure gradients, velocities.
-    fluid: Binned<10>,
+    /// Fluid in bins: positions, `1/eps`, velocities.
+    fluid: Binned<7>,
+    /// Bulk volume of each particle and ghost times the scale of the smoothing function.
+    bulk: Vec<Real>,
+    /// Fluid in bins at the start of the step: positions, bulk volumes times pressure gradients.
+    pressing: Binned<6>,
     /// Grains in bins: positions at the start of the step, drag impulse over the sum of weights.
     impulses: Binned<6>,
     /// Gates where they are in the step.
@@ -178,6 +183,8 @@ impl GrainPhase {
             shared: Vec::new(),
             places: Vec::new(),
             fluid: Binned::default(),
+            bulk: Vec::new(),
+            pressing: Binned::default(),
             impulses: Binned::default(),
             gates: Vec::new(),
             any,
@@ -256,6 +263,11 @@ impl GrainPhase {
     /// Distance between fluid particles at the lower bound of the void fraction over that in clear water.
     pub(crate) fn widest_size(&self) -> Real {
         if self.any { self.coupling.least_void.cbrt().recip() } else { 1.0 }
+    }
+
+    /// Radius of the smoothing function of void fractions, within which grains read the pressure; 0 without grains \[m].
+    pub(crate) fn smoothing(&self) -> Real {
+        if self.any { self.coupling.smoothing } else { 0.0 }
     }
 
     /// Volume of the grains of all ranks [m^3].

@@ -11,7 +11,7 @@ use sazanami_parallel::for_each_chunk;
 use super::binned::{Binned, Lanes, Pair, lanes};
 use super::diameter_of;
 use super::drag::volume;
-use crate::boundary::{Side, Tank};
+use crate::boundary::{Image, Tank};
 use crate::gates::{Gate, near};
 use crate::neighbours::ROWS;
 use crate::weight::Weight;
@@ -67,6 +67,18 @@ fn share_within(q: Real) -> Real {
     q.powi(3) * (14.0 + q * q * (-84.0 + q * (140.0 + q * (-90.0 + q * 21.0))))
 }
 
+/// Height of the floor that mirrors gates \[m].
+pub(super) fn floor(tank: &Tank) -> Real {
+    tank.lower.z + tank.displacement.z
+}
+
+/// Whether a particle at `position` beside the `gate` sees a source, which may be `mirrored` in the gate: grains on its side, and
+/// their images beyond it. Without a gate near it sees grains alone.
+#[inline(always)]
+pub(super) fn is_seen(gate: Option<&Gate>, position: Vector, (source, mirrored): (Vector, bool), floor: Real) -> bool {
+    gate.map_or(!mirrored, |gate| gate.parts_over(position, source, floor) == mirrored)
+}
+
 impl Sources {
     pub fn new(radius: Real) -> Self {
         Self {
@@ -114,36 +126,24 @@ impl Sources {
         sources.retain(|source| known.contains(source.position));
         self.gates.clear();
         self.gates.extend_from_slice(&tank.gates);
-        self.floor = tank.lower.z + tank.displacement.z;
-        for direction in 0..3 {
-            // Images of images fill edges and corners.
-            let known = sources.len();
-            for gate in tank.gates.iter().filter(|gate| gate.direction == direction && !gate.is_gone()) {
-                for n in 0..known {
-                    if gate.distance(sources[n].position).abs() < radius {
-                        let mut image = sources[n];
-                        image.position[direction] = 2.0 * gate.place - image.position[direction];
-                        image.velocity[direction] = -image.velocity[direction];
-                        image.volume = -image.volume;
-                        sources.push(image);
-                    }
+        self.floor = floor(tank);
+        for n in 0..sources.len() {
+            let source = sources[n];
+            tank.for_each_image(source.position, radius, |image| {
+                let Image { position, in_wall, in_gate } = *image;
+                if !image.is_mirrored() {
+                    return;
                 }
-            }
-            for side in 0..2 {
-                if tank.sides[direction][side] != Side::Wall {
-                    continue;
+                let mut image = Source { position, ..source };
+                for d in (0..3).filter(|&d| in_wall[d]) {
+                    image.velocity[d] = 2.0 * tank.velocity[d] - image.velocity[d];
                 }
-                let corner = if side == 0 { tank.lower } else { tank.upper };
-                let wall = corner[direction] + tank.displacement[direction];
-                for n in 0..known {
-                    if (sources[n].position[direction] - wall).abs() < radius {
-                        let mut image = sources[n];
-                        image.position[direction] = 2.0 * wall - image.position[direction];
-                        image.velocity[direction] = 2.0 * tank.velocity[direction] - image.velocity[direction];
-                        sources.push(image);
-                    }
+                if let Some(d) = in_gate {
+                    image.velocity[d] = -image.velocity[d];
+                    image.volume = -image.volume;
                 }
-            }
+                sources.push(image);
+            });
         }
         let sources = &sources[..];
         self.binned.fill(
@@ -177,11 +177,15 @@ impl Sources {
         if self.gates.is_empty() {
             return *volume;
         }
-        let Some(gate) = gate else { return lanes(|l| volume[l].max(0.0)) };
         lanes(|l| {
-            let beyond = gate.parts_over(position, Vector::new(x[l], y[l], z[l]), self.floor);
-            if beyond == (volume[l] < 0.0) { volume[l].abs() } else { 0.0 }
+            let source = (Vector::new(x[l], y[l], z[l]), volume[l] < 0.0);
+            if is_seen(gate, position, source, self.floor) { volume[l].abs() } else { 0.0 }
         })
+    }
+
+    /// Radius of the smoothing function \[m], and what its weights times to be of unit integral [1/m^3].
+    pub fn smoothing(&self) -> (Real, Real) {
+        (self.weight.radius, self.scale)
     }
 
     /// Solid fraction at `position` \[m] and its rate along `velocity` [m/s]; `None` where no grain is near.

@@ -87,7 +87,8 @@ impl<'a> ConjugateStep<'a> {
         grains.begin_step(step, &tank.gates)?;
         let fastest = motion::largest_speed(step.domain, particles, |_| true).max(grains.largest_speed(step.domain));
         let rates = (fastest, grains.drag_rate());
-        near.renew(step, particles, rates, grains.widest_size(), &mut columns.voids.start);
+        let reaches = (grains.widest_size(), grains.smoothing());
+        near.renew(step, particles, rates, reaches, &mut columns.voids.start);
         // Damping and relaxation are parts of a step, however long it is.
         step.flow_time = motion::flow_time(&Context { dt: 0.0, ..*step }, particles);
         self.equation.resize(particles.owned);
@@ -116,13 +117,13 @@ impl<'a> ConjugateStep<'a> {
 
     /// 5a. Fluid at the grains: with implicit drag as it moves without drag.
     fn interpolate_fluid_at_grains(&mut self) {
-        let Self { context: step, particles, near, grains, columns, .. } = self;
+        let Self { context: step, tank, particles, near, grains, columns, .. } = self;
         let implicit = grains.coupling().exchange == DragExchange::Implicit;
         if implicit {
             columns.predict(step, particles, None, near);
         }
         let velocity = implicit.then_some(&columns.new.velocity[..]);
-        grains.interpolate_fluid(step, particles, velocity, &columns.voids.start.inverse, &mut near.ghosts);
+        grains.interpolate_fluid(step, tank, particles, velocity, &columns.voids.start.inverse, &mut near.ghosts);
     }
 
     /// 5b. Grains under contacts, drag, lift and the pressure of the step before.
@@ -161,11 +162,11 @@ impl<'a> ConjugateStep<'a> {
 
     /// 9. Force of the new pressure on the grains, and their added mass.
     fn correct_pressure_force_on_grains(&mut self) {
-        let Self { context: step, particles, near, grains, columns, report, .. } = self;
+        let Self { context: step, tank, particles, near, grains, columns, report, .. } = self;
         columns.new.refresh(step.domain, &mut near.ghosts);
-        let (inverse_void, ghosts) = (&columns.voids.start.inverse, &mut near.ghosts);
+        let (inverse_void, water) = (&columns.voids.start.inverse, (&mut **particles, &mut near.ghosts));
         let motion = (&columns.new, |a: usize| columns.velocity_without_pressure(step, a));
-        grains.correct_pressure_force(step, particles, motion, inverse_void, ghosts, &mut report.coupling);
+        grains.correct_pressure_force(step, tank, water, motion, inverse_void, &mut report.coupling);
     }
 
     /// 10. Particles towards an even arrangement.

@@ -37,7 +37,7 @@ impl Phases<'_> {
         let of_fluid = motion::largest_speed(step.domain, self.particles, |_| true);
         let fastest = of_fluid.max(self.grains.largest_speed(step.domain));
         let rates = (fastest, self.grains.drag_rate());
-        self.near.renew(&step, self.particles, rates, 1.0, &mut self.columns.voids);
+        self.near.renew(&step, self.particles, rates, (1.0, self.grains.smoothing()), &mut self.columns.voids);
         self.equation.resize(self.particles.owned);
         Ok(Context { flow_time: motion::flow_time(&step, self.particles), ..step })
     }
@@ -60,7 +60,7 @@ impl Phases<'_> {
 
     /// Fluid at the grains: with implicit drag as it moves without drag.
     pub fn interpolate_fluid(&mut self, step: &Context<'_>) {
-        let Self { particles, near, grains, columns, .. } = self;
+        let Self { tank, particles, near, grains, columns, .. } = self;
         let PublishedColumns { voids, start, predicted, .. } = &mut **columns;
         let velocity = if grains.coupling().exchange == DragExchange::Implicit {
             motion::predict(step, particles, start, None, &mut near.ghosts, predicted);
@@ -68,7 +68,7 @@ impl Phases<'_> {
         } else {
             None
         };
-        grains.interpolate_fluid(step, particles, velocity, &voids.inverse, &mut near.ghosts);
+        grains.interpolate_fluid(step, tank, particles, velocity, &voids.inverse, &mut near.ghosts);
     }
 
     /// Reaction of the drag on the fluid; returns its impulse [N s].
@@ -149,11 +149,11 @@ impl Phases<'_> {
 
     /// Force of the new pressure on the grains, and their added mass.
     pub fn correct_grains(&mut self, step: &Context<'_>, report: &mut StepReport) {
-        let Self { particles, near, grains, columns, .. } = self;
+        let Self { tank, particles, near, grains, columns, .. } = self;
         let PublishedColumns { new, predicted, voids, .. } = &**columns;
         let motion = (new, |a: usize| predicted.velocity[a]);
-        let ghosts = &mut near.ghosts;
-        grains.correct_pressure_force(step, particles, motion, &voids.inverse, ghosts, &mut report.coupling);
+        let water = (&mut **particles, &mut near.ghosts);
+        grains.correct_pressure_force(step, tank, water, motion, &voids.inverse, &mut report.coupling);
     }
 
     /// The new state, clipped to the box and checked.

@@ -64,8 +64,7 @@ impl Solver {
                 return Err(SetupError::BoxTooShort { direction, length, needed });
             }
         }
-        let smoothing = if grains.is_empty() { 0.0 } else { grains.coupling().smoothing };
-        let room = gates::room(widening * kernel.weight.radius, smoothing);
+        let room = gates::room(widening * kernel.weight.radius, grains.smoothing());
         if !tank.has_room_for_gates(room) {
             return Err(SetupError::GatesTooNear { room });
         }

@@ -39,6 +39,8 @@ pub struct Case {
     pub lift: Lift,
     /// Radius within which grains read the fluid, over the radius of influence.
     pub reach: Real,
+    /// Lower bound of the void fraction.
+    pub least_void: Real,
     pub gates: Vec<Gate>,
 }
 
@@ -59,6 +61,7 @@ impl Case {
             added_mass: AddedMass::NONE,
             lift: Lift::None,
             reach: 1.0,
+            least_void: 0.3,
             gates: Vec::new(),
         }
     }
@@ -113,7 +116,7 @@ impl Case {
             drag: DragParameters::recommended(1000.0, 1000.0 * self.viscosity),
             smoothing: 3.0 * SPACING,
             reach: self.reach,
-            least_void: 0.3,
+            least_void: self.least_void,
             exchange: self.exchange,
             added_mass: self.added_mass,
             lift: self.lift,

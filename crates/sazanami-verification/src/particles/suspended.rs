@@ -250,7 +250,8 @@ pub fn hindered_settling(
     let solid = vessel.grains.len() as Real * volume(DIAMETER);
     let mass = solver.particle_mass() * vessel.fluid.len() as Real + GRAIN_DENSITY * solid;
     let space = vessel.upper.element_product();
-    let by_volume = -mass / (DENSITY * space) * DOWN;
+    let displaced = solver.particle_mass() * vessel.fluid.len() as Real + DENSITY * solid;
+    let by_volume = -mass / displaced * DOWN;
     let forcing = |_: Real, _: Real| Forcing { body_force: DOWN + by_volume, by_volume, ..Forcing::default() };
     let (mut sums, mut seen, mut momentum, mut last) = ([[0.0; 3]; 2], [0.0; 2], 0.0, 0.0);
     advance(&mut solver, [0.0, end], forcing, |time, solver, _| {

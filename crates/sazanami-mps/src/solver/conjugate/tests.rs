@@ -72,7 +72,7 @@ fn prepare(solver: &mut Solver, widest: Real, void: impl Fn(Vector) -> Real) {
     let step =
         Context { domain, periods, settings, kernel, surface, forcing: &forcing, reduced_force, dt, flow_time: dt };
     walls.begin_step(&step, tank, particles);
-    near.renew(&step, particles, (0.0, 0.0), widest, &mut conjugate.voids.start);
+    near.renew(&step, particles, (0.0, 0.0), (widest, 0.0), &mut conjugate.voids.start);
     equation.resize(particles.owned);
     conjugate.voids.at_start(&step, tank, particles, near, grains);
     for (a, inverse) in conjugate.voids.start.inverse.iter_mut().enumerate() {
