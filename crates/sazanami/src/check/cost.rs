@@ -65,23 +65,36 @@ pub(super) fn predict(
     parts
 }
 
-/// Sub-steps that packing takes: the fall from the lattice, then the bounces until the bed rests; at the end with its own springs.
+/// Points of the fall at which the stiffness of springs is taken.
+const POINTS: usize = 20;
+/// Sub-steps in which a bed at rest is stiffened and finds its rest with its own springs, about.
+const STIFFENED: Real = 2000.0;
+
+/// Sub-steps that packing takes: the fall from the lattice with springs that become stiffer, then the bounces until the bed rests
+/// with the softest, the end with its own.
 pub(crate) fn packing_substeps(case: &Case, populations: &[PopulationReport], model: &CostModel) -> Real {
     let (Some(fall), Some(time)) = (fall_of(case, populations), packing_time(case, populations, model)) else {
         return 0.0;
     };
-    let stiff = if fall.how.stiffness_scale < 1.0 { fall.how.settle_time } else { 0.0 };
-    let work = time * fall.how.stiffness_scale.sqrt() + stiff;
-    contact_step(case, populations, &grains::interactions(case)).map_or(0.0, |contact| work / contact)
+    let own = grains::interactions(case);
+    let Some(contact) = contact_step(case, populations, &own) else { return 0.0 };
+    if fall.how.stop == PackingStop::TimeOnly {
+        return time / contact;
+    }
+    let rate = |speed: Real| 1.0 / (contact * fall.softness.substep_factor(&own, speed));
+    let gravity = fall.how.fall_gravity * case.gravity.length();
+    let falling = fall.time.min(time);
+    let of_fall = (0..POINTS).map(|n| rate(gravity * falling * (n as Real + 0.5) / POINTS as Real)).sum::<Real>();
+    falling * of_fall / POINTS as Real + (time - falling) * rate(0.0) + STIFFENED
 }
 
 /// Simulated time that packing takes \[s]: the fall from the lattice, then the bounces until the bed rests; `None` if the
 /// case packs nothing.
 pub(crate) fn packing_time(case: &Case, populations: &[PopulationReport], model: &CostModel) -> Option<Real> {
-    let Fall { how, time, .. } = fall_of(case, populations)?;
+    let Fall { how, time, sinking, slowing, .. } = fall_of(case, populations)?;
     let rest = match how.stop {
         PackingStop::TimeOnly => how.settle_time,
-        PackingStop::Settled => how.settle_time.max(model.packing_rest * how.fall_gravity * time),
+        PackingStop::Settled => how.settle_time.max(model.packing_rest * slowing) + sinking,
     };
     Some((time + rest).min(how.time_limit))
 }
