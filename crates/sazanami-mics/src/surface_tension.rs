@@ -17,12 +17,13 @@
 //! interface with it: there is no contact angle. Grains get their part of the jump with that of the pressure, the pull of the line in
 //! which the interface meets them included; between cells that grains cover whole there is none.
 
+mod columns;
 mod curvature;
 mod fit;
 mod heights;
 
 use sazanami_numerics::domain::{Domain, GhostRules};
-use sazanami_numerics::grid::{Field, GHOSTS};
+use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
 
 use crate::boundary::Boundary;
@@ -107,34 +108,9 @@ impl Curvatures {
                 };
             }
         });
-        self.fill_halos(domain, GHOSTS);
-    }
-
-    /// Takes those of `own`, and where a cell has none from columns that of the cell with the height of its column, if that has one: it
-    /// is of the same place of the interface, and its columns are in reach.
-    fn lend(&mut self, domain: &Domain, around: &Surroundings<'_>, own: &Self) {
-        let (from, by) = (own.kappa.data(), own.weight.data());
-        let fields = (self.kappa.data_mut(), self.weight.data_mut());
-        domain.for_each_row(&domain.interior(), fields, |row, (kappa, weight)| {
-            let cells = row.shifted(0);
-            kappa.copy_from_slice(&from[cells.clone()]);
-            weight.copy_from_slice(&by[cells.clone()]);
-            for ((kappa, weight), at) in kappa.iter_mut().zip(weight).zip(cells) {
-                if *kappa != NONE
-                    && *weight < 1.0
-                    && let Some(lender) = around.lender(at, |at| by[at] == 1.0)
-                {
-                    (*kappa, *weight) = (from[lender], 1.0);
-                }
-            }
-        });
-        self.fill_halos(domain, 1);
-    }
-
-    fn fill_halos(&mut self, domain: &Domain, depth: usize) {
         let Self { kappa, weight } = self;
-        domain.fill_halos_to(depth, &mut [(kappa, &GhostRules::EVEN)]);
-        domain.fill_halos_to(depth, &mut [(weight, &GhostRules::EVEN)]);
+        domain.fill_halos_to(1, &mut [(kappa, &GhostRules::EVEN)]);
+        domain.fill_halos_to(1, &mut [(weight, &GhostRules::EVEN)]);
     }
 }
 
@@ -143,10 +119,8 @@ pub struct SurfaceTension {
     coefficient: Real,
     of: Curvature,
     heights: Heights,
-    /// As each cell finds it from what is around it, all ghosts filled.
-    own: Curvatures,
-    /// With what cells lend to those of the same column, one ghost layer filled.
-    lent: Curvatures,
+    /// One ghost layer filled.
+    found: Curvatures,
     /// Jump of the pressure across the lower faces \[Pa].
     jump: [Field<Real>; 3],
     /// Rows with an interface, and with the rows beside them: those of faces with a jump.
@@ -165,8 +139,7 @@ impl SurfaceTension {
             coefficient,
             of,
             heights: Heights::new(domain, boundary),
-            own: Curvatures::new(domain),
-            lent: Curvatures::new(domain),
+            found: Curvatures::new(domain),
             jump: std::array::from_fn(|_| domain.field(0.0)),
             rows: Default::default(),
             ends,
@@ -212,7 +185,7 @@ impl SurfaceTension {
     /// Curvature of the interface in the cell at a place in memory [1/m], as it was last found; `None` where there is none.
     #[must_use]
     pub fn curvature(&self, at: usize) -> Option<Real> {
-        let kappa = self.lent.kappa.data()[at];
+        let kappa = self.found.kappa.data()[at];
         (kappa.abs() < NONE).then_some(kappa)
     }
 
@@ -229,23 +202,21 @@ impl SurfaceTension {
         let (c, strides) = (flow.volume_fraction.data(), domain.strides());
         let [_, n2, n3] = domain.cells();
         match self.of {
-            Curvature::Given(kappa) => self.lent.kappa.fill(kappa),
+            Curvature::Given(kappa) => self.found.kappa.fill(kappa),
             Curvature::Found => {
                 self.heights.find(domain, &flow.volume_fraction);
                 let around = Surroundings { c, heights: &self.heights, strides, spacing: domain.grid().spacing };
-                let Self { own, lent, .. } = self;
-                own.find(domain, &around);
-                lent.lend(domain, &around, own);
+                self.found.find(domain, &around);
             }
         }
-        let kappa = &self.lent.kappa;
+        let kappa = &self.found.kappa;
         let [with, beside] = &mut self.rows;
         with.mark([n2, n3], |j, k| {
             let start = kappa.at(-1, j, k);
             kappa.data()[start..start + domain.cells()[0] + 2].iter().any(|&kappa| kappa.abs() < NONE)
         });
         beside.and_beside(domain, with);
-        let (kappa, weight) = (kappa.data(), self.lent.weight.data());
+        let (kappa, weight) = (kappa.data(), self.found.weight.data());
         for (d, jump) in self.jump.iter_mut().enumerate() {
             let (behind, last) = (strides[d] as usize, domain.cells()[d] as isize);
             let ends = self.ends[d];
@@ -273,7 +244,7 @@ impl SurfaceTension {
 
     /// Counts what the curvature was found from.
     fn count(&mut self, domain: &Domain) {
-        let (kappa, weight, rows) = (self.lent.kappa.data(), self.lent.weight.data(), &self.rows[0]);
+        let (kappa, weight, rows) = (self.found.kappa.data(), self.found.weight.data(), &self.rows[0]);
         let largest = largest_curvature(domain.grid().spacing);
         let counts = domain.sum_rows(&domain.interior(), |row| {
             let mut counts = [0.0; 4];

@@ -2,23 +2,23 @@
 //!
 //! From the heights in nine columns along the steepest direction in which all nine have one (Cummins, Francois and Kothe 2005, Comput.
 //! Struct. 83, 425; second differences along the edges averaged over three rows as by Lopez et al. 2009, Comput. Methods Appl. Mech. Eng.
-//! 198, 2555); where none has, from the paraboloid nearest to the heights in all directions around the cell, and where these do not
-//! suffice, to the centres of the planes in the cells around it (Popinet 2009, J. Comput. Phys. 228, 5838).
+//! 198, 2555); where none has, from the paraboloid nearest to the heights along the direction in which most have one, if there are six;
+//! else from that nearest to the heights in all directions around the cell, and where these do not suffice, to the centres of the planes
+//! in the cells around it (Popinet 2009, J. Comput. Phys. 228, 5838).
 
 use sazanami_numerics::{Real, Vector};
 
+use super::columns::Columns;
 use super::fit::Paraboloid;
 use super::heights::{Heights, PURE};
 use crate::interface::{Facet, Neighbourhood, Plane, mixed_normal, neighbourhood};
 
-/// Weight of the rows beside the middle one in second differences.
-const ASIDE: Real = 0.2;
 /// What the curvature of a cell was found from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Found {
     /// Heights in nine columns.
     Columns,
-    /// A paraboloid near heights or planes.
+    /// A paraboloid near fewer heights or planes.
     Fit,
 }
 
@@ -60,55 +60,23 @@ impl Surroundings<'_> {
     pub fn curvature(&self, at: usize) -> Option<(Real, Found)> {
         let cells = neighbourhood(self.c, at, self.strides);
         let normal = mixed_normal(&cells)?;
-        if let Some(curvature) = self.of_columns(at, normal) {
-            return Some((curvature, Found::Columns));
+        let mut most: Option<Columns> = None;
+        for (d, up) in steepest_first(normal) {
+            let Some(columns) = Columns::around(self.heights, at, d, up, self.strides) else { continue };
+            if let Some(curvature) = columns.curvature(self.spacing) {
+                return Some((curvature, Found::Columns));
+            }
+            if most.as_ref().is_none_or(|most| columns.count() > most.count()) {
+                most = Some(columns);
+            }
         }
-        let curvature = self.of_heights(at, &cells).or_else(|| self.of_planes(at, &cells))?;
+        let curvature = most
+            .and_then(|columns| columns.fit(self.spacing))
+            .or_else(|| self.of_heights(at, &cells))
+            .or_else(|| self.of_planes(at, &cells))?;
         let largest = largest_curvature(self.spacing);
         Some((curvature.clamp(-largest, largest), Found::Fit))
     }
-
-    /// From heights in nine columns, those along the steepest component of the normal first.
-    fn of_columns(&self, at: usize, normal: [Real; 3]) -> Option<Real> {
-        steepest_first(normal).find_map(|(d, up)| self.of_columns_along(d, at, up))
-    }
-
-    /// The cell with the height of a column through the cell at `at`, along the steepest component of the normal in which there is one that
-    /// `lends`.
-    pub fn lender(&self, at: usize, lends: impl Fn(usize) -> bool) -> Option<usize> {
-        let normal = mixed_normal(&neighbourhood(self.c, at, self.strides))?;
-        steepest_first(normal)
-            .filter_map(|(d, up)| self.heights.nearest_in_column(d, at, up, 0.0).map(|(_, place)| place))
-            .find(|&place| lends(place))
-    }
-
-    fn of_columns_along(&self, d: usize, at: usize, up: bool) -> Option<Real> {
-        let (e, f) = ((d + 1) % 3, (d + 2) % 3);
-        let middle = self.heights.in_column(d, at, up, 0.0)?;
-        let mut h = [[middle; 3]; 3];
-        for (a, h) in (-1..).zip(&mut h) {
-            for (b, h) in (-1..).zip(h) {
-                if (a, b) != (0, 0) {
-                    let column = (at as isize + a * self.strides[e] + b * self.strides[f]) as usize;
-                    *h = self.heights.in_column(d, column, up, middle)?;
-                }
-            }
-        }
-        let [ed, fd] = [e, f].map(|edge| self.spacing[d] / self.spacing[edge]);
-        let along = |h: [[Real; 3]; 3]| h.map(|[low, middle, high]| high - 2.0 * middle + low);
-        let mean = |[low, middle, high]: [Real; 3]| (middle + ASIDE * (low + high)) / (1.0 + 2.0 * ASIDE);
-        let turned: [[Real; 3]; 3] = std::array::from_fn(|b| std::array::from_fn(|a| h[a][b]));
-        let h_e = 0.5 * ed * (h[2][1] - h[0][1]);
-        let h_f = 0.5 * fd * (h[1][2] - h[1][0]);
-        let h_ee = ed / self.spacing[e] * mean(along(turned));
-        let h_ff = fd / self.spacing[f] * mean(along(h));
-        let h_ef = 0.25 * ed / self.spacing[f] * (h[2][2] - h[2][0] - h[0][2] + h[0][0]);
-        let slope = 1.0 + h_e * h_e + h_f * h_f;
-        let bend = h_ee * (1.0 + h_f * h_f) + h_ff * (1.0 + h_e * h_e) - 2.0 * h_ef * h_e * h_f;
-        let curvature = bend / (slope * slope.sqrt());
-        Some(if up { -curvature } else { curvature })
-    }
-
     /// From the paraboloid nearest to the heights in all directions that lie in the cells around.
     fn of_heights(&self, at: usize, cells: &Neighbourhood) -> Option<Real> {
         let facet = self.facet(cells)?;

@@ -22,9 +22,14 @@ impl Paraboloid {
     /// \[m].
     pub fn around(origin: Vector, normal: Vector, scale: Real) -> Self {
         let (along, across) = normal.any_orthonormal_pair();
+        Self::in_frame(origin, [along, across, normal], scale)
+    }
+
+    /// The same in a frame with the third of these `axes` for the normal.
+    pub fn in_frame(origin: Vector, axes: [Vector; 3], scale: Real) -> Self {
         Self {
             origin,
-            axes: [along, across, normal],
+            axes,
             scale,
             matrix: [[0.0; COEFFICIENTS]; COEFFICIENTS],
             right: [0.0; COEFFICIENTS],

@@ -4,8 +4,9 @@
 //! cells between, poured into the column, would reach: a mean over the width of the column that is exact however the interface is
 //! bent in it. Cummins, Francois and Kothe (2005), Comput. Struct. 83, 425; Popinet (2009), J. Comput. Phys. 228, 5838, section 5.
 //!
-//! A height is kept in the cell that it lies in, so that a column is looked up from any cell near it; with columns of five cells
-//! around that cell and heights looked up two cells away, two ghost layers are enough.
+//! A height is kept in the cell that it lies in and in those below and above, so that a column is looked up from any cell near it. Columns
+//! are seven cells around that with the height: where the interface is steep in two directions at once, five do not end. Of the two ghost
+//! layers the third cell beyond the end of a rank is fetched by a field of its own.
 
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::{Domain, Ghost, GhostRules, Location};
@@ -16,76 +17,153 @@ use crate::boundary::{Boundary, Side};
 /// Fractions within this of 0 or 1 end a column.
 pub(super) const PURE: Real = 1e-6;
 /// Cells that a column reaches on either side of the cell with the height.
-const REACH: isize = 2;
+const REACH: isize = 3;
+/// Cells around that at which a column is looked up: with what is kept in the cells beside, heights as far away as [`REACH`] are found.
+const LOOKED_AT: isize = 2;
 /// A height on the face between two cells is kept in both, rounding allowed for.
 const ON_FACE: Real = 0.5 + 1e-9;
 /// Added to a height with the liquid below it, subtracted with the liquid above: no height is zero.
 const SHIFT: Real = 4.0;
+/// What is behind an open side: neither full nor empty, so that no column ends there.
+const NO_END: Real = 0.5;
 
 /// Heights of the interface in the three directions: fields with all ghosts filled.
 pub(super) struct Heights {
     fields: [Field<Real>; 3],
     /// Rules of the ghosts of each.
     rules: [GhostRules; 3],
+    /// Heights along one direction in the cells that they lie in alone.
+    own: Field<Real>,
+    /// In the first ghost layer along one direction the liquid fraction of the third.
+    third: Field<Real>,
+    third_rules: GhostRules,
 }
 
 impl Heights {
     /// Storage without heights.
     pub fn new(domain: &Domain, boundary: &Boundary) -> Self {
-        Self { fields: std::array::from_fn(|_| domain.field(0.0)), rules: [0, 1, 2].map(|d| rules(boundary, d)) }
+        Self {
+            fields: std::array::from_fn(|_| domain.field(0.0)),
+            rules: [0, 1, 2].map(|d| rules(boundary, d)),
+            own: domain.field(0.0),
+            third: domain.field(NO_END),
+            third_rules: third_rules(boundary),
+        }
     }
 
     /// Finds the heights of the liquid fraction `c`, all ghosts filled. Collective.
     pub fn find(&mut self, domain: &Domain, c: &Field<Real>) {
-        let (c, strides) = (c.data(), domain.strides());
-        let [h1, h2, h3] = self.fields.each_mut().map(Field::data_mut);
-        domain.for_each_row(&domain.interior(), (h1, h2, h3), |row, (h1, h2, h3)| {
-            for (h, stride) in [h1, h2, h3].into_iter().zip(strides) {
-                let ([below, here], above) = ([-stride, 0].map(|by| &c[row.shifted(by)]), &c[row.shifted(stride)]);
-                for (i, h) in h.iter_mut().enumerate() {
-                    *h = if is_far([below[i], here[i], above[i]]) {
-                        0.0
-                    } else {
-                        height(c, row.start + i, stride).map_or(0.0, |(h, up)| if up { h + SHIFT } else { h - SHIFT })
-                    };
-                }
-            }
-        });
+        for d in 0..3 {
+            self.fetch_third(domain, c, d);
+            self.find_own(domain, c, d);
+            domain.fill_halos_to(1, &mut [(&mut self.own, &self.rules[d])]);
+            self.keep_beside(domain, d);
+        }
         let [f1, f2, f3] = self.fields.each_mut();
         let [r1, r2, r3] = &self.rules;
         domain.fill_halos(&mut [(f1, r1), (f2, r2), (f3, r3)]);
     }
 
+    /// Brings the liquid fraction of the third ghost layer along `d` into the first of `third`: that of a cell in the last layer of a
+    /// neighbour, or of the mirror image, is the liquid fraction two cells further in.
+    fn fetch_third(&mut self, domain: &Domain, c: &Field<Real>, d: usize) {
+        let (c, by, last) = (c.data(), 2 * domain.strides()[d], domain.cells()[d] as isize - 1);
+        for (layer, inward) in [(0, by), (last, -by)] {
+            let mut range = domain.interior();
+            range[d] = layer..layer + 1;
+            domain.for_each_row(&range, self.third.data_mut(), |row, third| {
+                third.copy_from_slice(&c[row.shifted(inward)]);
+            });
+        }
+        domain.fill_halos_to(1, &mut [(&mut self.third, &self.third_rules)]);
+    }
+
+    /// Finds the heights along `d` that lie in the cells.
+    fn find_own(&mut self, domain: &Domain, c: &Field<Real>, d: usize) {
+        let (c, third, stride) = (c.data(), self.third.data(), domain.strides()[d]);
+        let last = domain.cells()[d] as isize - 1;
+        domain.for_each_row(&domain.interior(), self.own.data_mut(), |row, own| {
+            let ([below, here], above) = ([-stride, 0].map(|by| &c[row.shifted(by)]), &c[row.shifted(stride)]);
+            for (i, own) in own.iter_mut().enumerate() {
+                *own = 0.0;
+                if is_far([below[i], here[i], above[i]]) {
+                    continue;
+                }
+                let at = (row.start + i) as isize;
+                let index = [row.first + i as isize, row.j, row.k][d];
+                let cell = |offset: isize| {
+                    if index == 0 && offset == -REACH {
+                        third[(at - stride) as usize]
+                    } else if index == last && offset == REACH {
+                        third[(at + stride) as usize]
+                    } else {
+                        c[(at + offset * stride) as usize]
+                    }
+                };
+                if let Some((h, up)) = height(cell) {
+                    *own = kept(h, up);
+                }
+            }
+        });
+    }
+
+    /// Keeps the heights along `d` in the cells that they lie in, and in those without one the nearest of the cells beside.
+    fn keep_beside(&mut self, domain: &Domain, d: usize) {
+        let (own, stride) = (self.own.data(), domain.strides()[d]);
+        domain.for_each_row(&domain.interior(), self.fields[d].data_mut(), |row, field| {
+            let ([below, here], above) = ([-stride, 0].map(|by| &own[row.shifted(by)]), &own[row.shifted(stride)]);
+            for (i, field) in field.iter_mut().enumerate() {
+                *field = if here[i] == 0.0 { nearest_beside(below[i], above[i]) } else { here[i] };
+            }
+        });
+    }
+
     /// The height along direction `d` that lies in a cell, from the cell's centre, in cells, and whether the liquid is below.
     #[inline]
     pub fn in_cell(&self, d: usize, at: usize) -> Option<(Real, bool)> {
-        let value = self.fields[d].data()[at];
-        (value != 0.0).then_some(if value > 0.0 { (value - SHIFT, true) } else { (value + SHIFT, false) })
+        told(self.fields[d].data()[at]).filter(|(h, _)| h.abs() <= ON_FACE)
     }
 
     /// The height in the column along `d` through the cell at `at`, from that cell's centre, that is nearest to `near`, both in cells, and
-    /// lies within two cells of that cell; with the liquid below if `up`, else above.
+    /// lies within three cells of that cell; with the liquid below if `up`, else above.
     pub fn in_column(&self, d: usize, at: usize, up: bool, near: Real) -> Option<Real> {
-        self.nearest_in_column(d, at, up, near).map(|(h, _)| h)
-    }
-
-    /// The same, and the place in memory of the cell that it lies in.
-    pub fn nearest_in_column(&self, d: usize, at: usize, up: bool, near: Real) -> Option<(Real, usize)> {
         let (values, stride) = (self.fields[d].data(), self.fields[d].strides()[d] as isize);
-        let mut best: Option<(Real, usize)> = None;
-        for offset in -REACH..=REACH {
-            let place = (at as isize + offset * stride) as usize;
-            let value = values[place];
-            if value == 0.0 || (value > 0.0) != up {
+        let mut best: Option<Real> = None;
+        for offset in -LOOKED_AT..=LOOKED_AT {
+            let Some((h, _)) = told(values[(at as isize + offset * stride) as usize]).filter(|&(_, is_up)| is_up == up)
+            else {
                 continue;
-            }
-            let h = offset as Real + if up { value - SHIFT } else { value + SHIFT };
-            if best.is_none_or(|(best, _)| (h - near).abs() < (best - near).abs()) {
-                best = Some((h, place));
+            };
+            let h = offset as Real + h;
+            if best.is_none_or(|best| (h - near).abs() < (best - near).abs()) {
+                best = Some(h);
             }
         }
         best
     }
+}
+
+/// A height as it is kept.
+#[inline]
+fn kept(h: Real, up: bool) -> Real {
+    if up { h + SHIFT } else { h - SHIFT }
+}
+
+/// What is kept as a height, and whether the liquid is below it.
+#[inline]
+fn told(value: Real) -> Option<(Real, bool)> {
+    (value != 0.0).then_some(if value > 0.0 { (value - SHIFT, true) } else { (value + SHIFT, false) })
+}
+
+/// The nearer of the heights in the cells below and above, as it is kept.
+fn nearest_beside(below: Real, above: Real) -> Real {
+    let below = told(below).map(|(h, up)| (h - 1.0, up));
+    let above = told(above).map(|(h, up)| (h + 1.0, up));
+    let nearest = match (below, above) {
+        (Some(below), Some(above)) => Some(if above.0.abs() < below.0.abs() { above } else { below }),
+        (below, above) => below.or(above),
+    };
+    nearest.map_or(0.0, |(h, up)| kept(h, up))
 }
 
 /// Whether three cells in a row are all full or all empty, so that no column ends beside the middle one.
@@ -94,10 +172,9 @@ fn is_far(cells: [Real; 3]) -> bool {
     cells.iter().all(|&c| c > 1.0 - PURE) || cells.iter().all(|&c| c < PURE)
 }
 
-/// The one height in the column with this `stride` that lies in the cell at `at`, from its centre, in cells, and whether the liquid is
-/// below it. `None` if there is none, or two.
-fn height(c: &[Real], at: usize, stride: isize) -> Option<(Real, bool)> {
-    let cell = |offset: isize| c[(at as isize + offset * stride) as usize];
+/// The one height that lies in the middle cell of a column, from its centre, in cells, and whether the liquid is below it; `cell` is the
+/// liquid fraction of the cells around that. `None` if there is none, or two.
+fn height(cell: impl Fn(isize) -> Real) -> Option<(Real, bool)> {
     let side = |towards: isize| {
         // The full end lies against `towards`, the empty one in it.
         let full = (0..=REACH).find(|&n| cell(-n * towards) > 1.0 - PURE)?;
@@ -134,24 +211,54 @@ fn rules(boundary: &Boundary, d: usize) -> GhostRules {
     GhostRules { location: Location::Cell, sides }
 }
 
+/// Of the third ghost layer: walls are planes of symmetry.
+fn third_rules(boundary: &Boundary) -> GhostRules {
+    let sides = boundary.sides().map(|sides| {
+        sides.map(|side| match side {
+            Side::NoSlip | Side::Slip | Side::Moving { .. } | Side::Periodic => Ghost::Even,
+            Side::Inflow { .. } | Side::Outflow | Side::FixedPressure { .. } => Ghost::Constant { value: NO_END },
+        })
+    });
+    GhostRules { location: Location::Cell, sides }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn in_middle<const N: usize>(column: [Real; N], at: isize) -> Option<(Real, bool)> {
+        height(|offset| usize::try_from(at + offset).ok().and_then(|n| column.get(n).copied()).unwrap_or(NO_END))
+    }
+
     #[test]
     fn liquid_between_the_ends_of_a_column_gives_its_height() {
         let up = [1.0, 1.0, 1.0, 0.75, 0.5, 0.0, 0.0, 0.0];
-        assert_eq!([2, 3, 4, 5].map(|at| height(&up, at, 1)), [None, None, Some((-0.25, true)), None]);
+        assert_eq!([2, 3, 4, 5].map(|at| in_middle(up, at)), [None, None, Some((-0.25, true)), None]);
         let down = [0.0, 0.0, 0.5, 0.75, 1.0, 1.0];
-        assert_eq!([2, 3].map(|at| height(&down, at, 1)), [Some((0.25, false)), None]);
+        assert_eq!([2, 3].map(|at| in_middle(down, at)), [Some((0.25, false)), None]);
         let flat = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0];
-        assert_eq!([2, 3].map(|at| height(&flat, at, 1)), [Some((0.5, true)), Some((-0.5, true))]);
+        assert_eq!([2, 3].map(|at| in_middle(flat, at)), [Some((0.5, true)), Some((-0.5, true))]);
+        let long = [1.0, 0.875, 0.75, 0.5, 0.25, 0.125, 0.0];
+        assert_eq!([2, 3, 4].map(|at| in_middle(long, at)), [None, Some((0.0, true)), None]);
     }
 
     #[test]
     fn columns_that_do_not_end_have_no_height() {
-        for column in [[0.9, 0.8, 0.5, 0.2, 0.1], [1.0, 0.5, 0.5, 0.5, 1.0], [0.0, 0.0, 1.0, 0.0, 0.0], [0.0; 5]] {
-            assert_eq!(height(&column, 2, 1), None, "{column:?}");
+        for column in [
+            [0.95, 0.9, 0.8, 0.5, 0.2, 0.1, 0.05],
+            [1.0, 1.0, 0.5, 0.5, 0.5, 1.0, 1.0],
+            [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
+            [0.0; 7],
+        ] {
+            assert_eq!(in_middle(column, 3), None, "{column:?}");
         }
+    }
+
+    #[test]
+    fn of_two_heights_beside_a_cell_the_nearer_is_kept() {
+        let (below, above) = (kept(0.4, true), kept(-0.45, false));
+        assert_eq!(told(nearest_beside(below, 0.0)).map(|(h, up)| ((h * 10.0).round(), up)), Some((-6.0, true)));
+        assert_eq!(told(nearest_beside(below, above)).map(|(_, up)| up), Some(false));
+        assert_eq!(nearest_beside(0.0, 0.0), 0.0);
     }
 }
