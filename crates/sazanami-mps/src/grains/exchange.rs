@@ -49,7 +49,7 @@ impl GrainPhase {
         }
         let Context { domain, dt, .. } = *step;
         let particle_mass = step.particle_mass();
-        let Self { engine, coupling, sources, shared, givers, impulses, gates, bulk, felt, .. } = self;
+        let Self { engine, coupling, sources, shared, places, givers, giver_ids, impulses, gates, bulk, felt, .. } = self;
         let (radius, _) = sources.smoothing();
         let has_more = coupling.has_more_than_drag();
         let grains = engine.grains();
@@ -67,10 +67,11 @@ impl GrainPhase {
             [x.x, x.y, x.z, impulse.x, impulse.y, impulse.z, resists, clear, solid, 0.0]
         });
         let owned = grains.owned();
-        let drag: Vec<Vector> = grains.drag_impulse[..owned].to_vec();
+        set_column(places, owned, |g| grains.drag_impulse[g] / dt);
+        let drag = &places[..];
         for_each_chunk(&mut engine.attached_mut()[..owned], ROWS, |number, kept| {
             for (row, kept) in kept.iter_mut().enumerate() {
-                set_vector(kept, DRAG_FORCE, drag[number * ROWS + row] / dt);
+                set_vector(kept, DRAG_FORCE, drag[number * ROWS + row]);
                 set_vector(kept, ADDED_MASS_FORCE, Vector::ZERO);
             }
         });
@@ -86,7 +87,7 @@ impl GrainPhase {
         // Which ghosts are known beyond the radius is arbitrary.
         let known = engine.vicinity(domain, radius);
         givers.clear();
-        let mut ids = Vec::new();
+        giver_ids.clear();
         for (g, shared) in shared.iter().enumerate() {
             let place = Vector::from_slice(&shared[..3]);
             tank.for_each_image(place, radius, |image| {
@@ -95,11 +96,11 @@ impl GrainPhase {
                     giver[..3].copy_from_slice(&image.position.to_array());
                     giver[9] = if image.in_gate.is_some() { 1.0 } else { 0.0 };
                     givers.push(giver);
-                    ids.push(grains.id[g]);
+                    giver_ids.push(grains.id[g]);
                 }
             });
         }
-        let givers = &givers[..];
+        let (givers, ids) = (&givers[..], &giver_ids[..]);
         impulses.fill(
             domain,
             radius,

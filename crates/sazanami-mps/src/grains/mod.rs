@@ -45,10 +45,8 @@ use crate::reductions;
 pub struct Coupling {
     /// Drag law of the grains.
     pub drag: DragParameters,
-    /// Smoothing radius R_eps of the void fraction \[m].
+    /// Smoothing radius R_eps of the void fraction, within which a grain reads the fluid and gives the drag back \[m].
     pub smoothing: Real,
-    /// Radius R_c within which a grain reads the fluid and gives the drag back, over that of influence, at most 1.
-    pub reach: Real,
     /// Lower bound of the void fraction.
     pub least_void: Real,
     /// Velocity of the fluid that the drag of a step is taken with.
@@ -124,6 +122,7 @@ pub struct GrainPhase {
     readings: Vec<Reading>,
     /// Grains and their images that give back to the fluid.
     givers: Vec<[Real; GIVEN]>,
+    giver_ids: Vec<u64>,
     /// The same in bins.
     impulses: Binned<GIVEN>,
     /// Gates where they are in the step.
@@ -156,7 +155,6 @@ impl GrainPhase {
         let coupling = Coupling {
             drag: DragParameters::recommended(1.0, 0.0),
             smoothing: 1.0,
-            reach: 1.0,
             least_void: 1.0,
             exchange: DragExchange::Lagged,
             added_mass: AddedMass::NONE,
@@ -196,6 +194,7 @@ impl GrainPhase {
             felt: Vec::new(),
             readings: Vec::new(),
             givers: Vec::new(),
+            giver_ids: Vec::new(),
             impulses: Binned::default(),
             gates: Vec::new(),
             any,
