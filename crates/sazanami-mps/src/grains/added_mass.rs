@@ -14,10 +14,10 @@ use sazanami_numerics::{Real, Vector, choices};
 use sazanami_parallel::for_each_chunk;
 
 use super::drag::volume;
+use super::exchange::with_zeros;
 use super::kept::{
     ADDED_MASS, ADDED_MASS_FORCE, CARRIED, LIFT_FORCE, NOT_RETURNED, SHARE, VOID, WETNESS, set_vector, vector,
 };
-use super::exchange::with_zeros;
 use super::{CouplingReport, GrainPhase, diameter_of};
 use crate::context::Context;
 use crate::neighbours::ROWS;

@@ -49,7 +49,8 @@ impl GrainPhase {
         }
         let Context { domain, dt, .. } = *step;
         let particle_mass = step.particle_mass();
-        let Self { engine, coupling, sources, shared, places, givers, giver_ids, impulses, gates, bulk, felt, .. } = self;
+        let Self { engine, coupling, sources, shared, places, givers, giver_ids, impulses, gates, bulk, felt, .. } =
+            self;
         let (radius, _) = sources.smoothing();
         let has_more = coupling.has_more_than_drag();
         let grains = engine.grains();

@@ -7,8 +7,8 @@ use sazanami_parallel::for_each_chunk;
 
 use super::GrainPhase;
 use super::binned::{Lanes, lanes};
-use super::reading::READ;
 use super::drag::DragParameters;
+use super::reading::READ;
 use crate::moments::velocity_gradient;
 use crate::neighbours::ROWS;
 

@@ -22,11 +22,11 @@ use sazanami_parallel::for_each_chunk;
 
 pub use added_mass::{AddedMass, AddedMassForm};
 use binned::Binned;
-use exchange::GIVEN;
-use reading::{READ, Reading};
 pub use drag::{DragExchange, DragForm, DragLaw, DragParameters, Forchheimer, volume};
+use exchange::GIVEN;
 use kept::{ADDED_MASS_FORCE, DRAG_FORCE, LIFT_FORCE, PRESSURE_FORCE, VOID, WETNESS, vector};
 pub use lift::{Lift, lift_force};
+use reading::{READ, Reading};
 pub use report::CouplingReport;
 pub(crate) use report::VoidReport;
 use sources::Sources;

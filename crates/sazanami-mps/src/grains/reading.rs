@@ -136,7 +136,8 @@ impl GrainPhase {
         let (read, law) = (self.reading(tank, x), &self.coupling.drag);
         let solid = self.sources.fraction(x);
         let void_fraction = (1.0 - self.sources.around(solid, d)).clamp(self.coupling.least_void, 1.0);
-        let mut felt = FluidAtGrain { void_fraction, pressing: read.gradient, share: read.share, ..FluidAtGrain::default() };
+        let mut felt =
+            FluidAtGrain { void_fraction, pressing: read.gradient, share: read.share, ..FluidAtGrain::default() };
         if read.share > 0.0 {
             let slip = (read.velocity / read.share - grains.velocity[g]).length();
             let [clear, dense] = [1.0, void_fraction].map(|eps| law.coefficient(d, eps, slip));

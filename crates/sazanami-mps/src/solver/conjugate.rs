@@ -136,7 +136,8 @@ impl<'a> ConjugateStep<'a> {
     fn return_drag_to_fluid(&mut self) {
         let Self { context: step, tank, particles, near, grains, columns, report, .. } = self;
         let mut drag = std::mem::take(&mut columns.drag);
-        report.coupling.drag_on_fluid = grains.return_drag(step, tank, particles, &columns.voids.start.inverse, &mut drag);
+        report.coupling.drag_on_fluid =
+            grains.return_drag(step, tank, particles, &columns.voids.start.inverse, &mut drag);
         columns.predict(step, particles, Some(&drag), near);
         columns.drag = drag;
         let then = columns.take_predicted_velocities(step, tank, particles, grains);

@@ -94,7 +94,7 @@ fn dragged_from_afar(scheme: Scheme, smoothing: Real, still: Real) -> Real {
     let mut solver = case.solo();
     let is_near = |x: Vector| (x - centre).length() < still * SPACING;
     solver.set_velocities(|p, a| if is_near(p.position[a]) { Vector::ZERO } else { 0.1 * Vector::X });
-    let report = solver.step(1e-5, &under(Vector::ZERO), |_| ()).unwrap().coupling;
+    let report = solver.step(1e-5, &under(Vector::ZERO), |_| ()).expect("the step is sound").coupling;
     assert!((report.drag_on_grains + report.drag_on_fluid).length() <= 1e-12 * report.drag_on_grains.length());
     report.drag_on_grains.x
 }
