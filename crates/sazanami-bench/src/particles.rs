@@ -109,7 +109,6 @@ fn grain_phase(domain: &Domain, tank: &Tank, grains: &[Grain]) -> Result<GrainPh
     let coupling = Coupling {
         drag: DragParameters::recommended(1000.0, 1e-3),
         smoothing: 3.0 * SPACING,
-        reach: 1.0,
         least_void: 0.3,
         exchange: DragExchange::Lagged,
         added_mass: AddedMass::NONE,

@@ -173,13 +173,14 @@ fn check_projection(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
 
 /// Grains read several particles of water.
 fn check_reach(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
-    let reach = case.overlap.reach * particles.radius;
-    if reach < LEAST_REACH * (1.0 - 1e-9) {
-        let span = cx.places.of("overlap.reach");
+    let least = LEAST_REACH * particles.spacing;
+    if !case.grains.is_empty() && case.overlap.smoothing < least * (1.0 - 1e-9) {
+        let span = cx.places.near("overlap.smoothing");
+        let [most, _] = rounded_within(0.0, 1e3 * case.overlap.smoothing / LEAST_REACH);
         cx.report
-            .error_at(span, format!("`reach` is below {LEAST_REACH} spacings: grains would read too few particles"))
-            .label(format!("{} of `particles.radius` are {} spacings", case.overlap.reach, rounded(reach)))
-            .help(format!("take {} at least", rounded_within(LEAST_REACH / particles.radius, 1.0)[0]));
+            .error_at(span, format!("`smoothing` is below {LEAST_REACH} spacings: grains would read too few particles"))
+            .label(format!("{} spacings", rounded(case.overlap.smoothing / particles.spacing)))
+            .help(format!("take {} mm at least, or particles of {most} mm at most", rounded(1e3 * least)));
     }
 }
 

@@ -31,6 +31,7 @@ const REMOVED: &[(&str, Option<&str>, &str)] = &[
     ("fluid.vof", Some("thinc_sw"), "choose `plic` or `thinc_wlic`"),
     ("overlap.density_reference", None, "phi is 1 for touching spheres on a simple cubic lattice; leave the key out"),
     ("overlap.pressure_force", None, "grains feel the pressure of the same step; leave the key out"),
+    ("overlap.reach", None, "grains read the water within `overlap.smoothing`; leave the key out"),
     (
         "overlap.sphere_drag",
         None,

@@ -44,7 +44,9 @@ pub use face::{Bumps, Face};
 pub use film::Film;
 pub use grain::{ATTACHED, Grain, Grains, Motion};
 pub use material::{ContactOptions, ContactStart, HistoryRotation, SlipDirection};
-pub use packing::{Lattice, Packing, PackingReport, PackingSettings, Stage, TILT, Tapping, lying_order};
+pub use packing::{
+    Kind, Lattice, Packing, PackingReport, PackingSettings, Softness, Stage, TILT, Tapping, lying_order,
+};
 pub use random::Random;
 pub use sazanami_numerics::particles::WALL;
 pub use wall::Wall;

@@ -1,11 +1,21 @@
 //! Beds: grains fall on each other until they rest (Yagyu et al. (2015), section 3).
 //!
-//! Grains start on a lattice, or on layers of like sizes, each turned at random, and fall under a multiple of gravity in a box
+//! Grains start on a lattice, or scattered where their sizes are unlike, each turned at random, and fall under a multiple of gravity in a box
 //! without lid, without fluid. When the one that began highest meets another gravity takes its true
-//! value, and when time enough has passed and the grains rest the bed is done. Springs may be softer until then; they are
-//! stiffened once the grains rest, by steps, and the bed comes to rest with its own.
+//! value, and when time enough has passed and the grains rest the bed is done.
+//!
+//! A bed that is taken at rest is packed with springs that are softer than its own, as soft as keeps overlaps small at the
+//! present speeds ([`Softness`]): sub-steps are so much longer. Once gravity has its true value grains are slowed down as by a
+//! thin fluid, within a few times that of a fall by their own size ([`PackingSettings::slowing_time`]): a bed is long at rest
+//! when its last grains still fly or roll. When all rest, springs are stiffened step by step, and the bed is done when it has
+//! rested with its own for a while without being slowed. Of grains of unlike sizes the finest set the sub-step: until all rest they
+//! are made as heavy as their speed lets them be ([`Softness::mass_factor`]), and coarse ones fall so slowly that they press none of
+//! them flat; at rest neither matters. A bed that is taken after a time has its own springs throughout, and
+//! nothing slows it.
 
+mod scatter;
 mod settings;
+mod softness;
 
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::snapshot::Snapshot;
@@ -15,8 +25,9 @@ use crate::body::Body;
 use crate::contact::laws::Interactions;
 use crate::engine::{ContactReport, Engine, Loads, Setup, Substeps};
 use crate::error::DemError;
-use crate::grain::Grain;
+use crate::grain::{Grain, GrainRecord};
 pub use settings::{Lattice, PackingSettings, TILT, Tapping};
+pub use softness::{Kind, Softness};
 
 /// Stage of a packing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,6 +46,35 @@ pub enum Stage {
 
 /// Sub-steps between two doublings of the stiffness at the end: some contacts last as long.
 const STIFFENING: Real = 100.0;
+/// Sub-steps in which a bed has to find its rest with its own springs: waves go through hundreds of layers meanwhile.
+const RESTING: Real = 1000.0;
+/// Speed below which masses of fine grains are raised no further [m/s].
+const SLOW: Real = 0.05;
+
+/// A power of two from `needed` up; one that is there is lowered only where it would stay so.
+fn steady(needed: Real, present: Real) -> Real {
+    let [least, most] = [needed, 1.2 * needed].map(|needed| needed.log2().ceil().exp2());
+    if least > present { least } else { present.min(most) }
+}
+
+/// Own masses and moments of inertia of the grains, by identifier.
+#[derive(Debug)]
+struct Own {
+    grains: Vec<(u64, Real, Vector)>,
+}
+
+impl Own {
+    fn of(records: &[GrainRecord]) -> Self {
+        let of = |record: &GrainRecord| (record.id, record.mass, Vector::from_array(record.inertia));
+        Self { grains: records.iter().map(of).collect() }
+    }
+
+    /// Mass \[kg] and principal moments \[kg m^2] of a grain.
+    fn of_grain(&self, id: u64) -> (Real, Vector) {
+        let at = self.grains.partition_point(|grain| grain.0 < id).min(self.grains.len() - 1);
+        (self.grains[at].1, self.grains[at].2)
+    }
+}
 
 /// State of a packing after a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,13 +108,23 @@ pub struct Packing {
     /// When the present wait for rest began \[s].
     since: Real,
     tapped: bool,
+    softness: Softness,
+    own: Own,
     /// Present stiffness of contacts over their own.
     stiffness: Real,
+    /// Speed to which present masses of fine grains are fit [m/s]; 0: grains have their own.
+    fastest: Real,
+    /// Whether the grains rest and springs are stiffened.
+    stiffening: bool,
+    /// Whether grains are slowed down.
+    slowed: bool,
     largest_mean_speed: Real,
     /// Identifier of the grain that began highest: its first contact with another ends the fall.
     topmost: u64,
     /// Sum of mass times thickness of the grains [kg m].
     mass_thickness: Real,
+    /// Mean thickness \[m].
+    thickness: Real,
     count: Real,
 }
 
@@ -94,25 +144,38 @@ impl Packing {
         settings.arrange(&bodies, &mut grains)?;
         let higher = |a: &Grain, b: &Grain| a.position.z.total_cmp(&b.position.z).then(b.id.cmp(&a.id));
         let topmost = grains.iter().max_by(|a, b| higher(a, b)).map_or(0, |grain| grain.id);
-        let mut falling = interactions.clone();
-        falling.scale_friction(settings.fall_friction);
-        if settings.stiffness_scale != 1.0 {
-            falling.scale_stiffness(settings.stiffness_scale);
-        }
-        let engine = Engine::new(domain, settings.setup(bodies, falling), &grains)?;
-        Ok(Self { topmost, ..Self::with(domain, settings, engine, interactions) })
+        let records = GrainRecord::of_all(&grains, &bodies, interactions.materials())?;
+        let springs = Self::springs(&settings, &interactions, Stage::Falling, 1.0);
+        let engine = Engine::from_records(domain, settings.setup(bodies, springs), &records, Vec::new(), 0.0)?;
+        let mut packing = Self { topmost, ..Self::with(settings, engine, interactions, &records) };
+        packing.soften(domain, 0.0);
+        Ok(packing)
     }
 
-    fn with(domain: &Domain, settings: PackingSettings, mut engine: Engine, interactions: Interactions) -> Self {
+    /// With `records` of all grains of all ranks.
+    fn with(
+        settings: PackingSettings,
+        mut engine: Engine,
+        interactions: Interactions,
+        records: &[GrainRecord],
+    ) -> Self {
         if settings.substeps == Substeps::Auto {
             engine.book_flat_bodies_only();
         }
-        let grains = engine.grains();
-        let thickness = |g: usize| 2.0 * engine.bodies()[grains.shape[g] as usize].capsule.radius * grains.scale[g];
-        let mine: Real = (0..grains.owned()).map(|g| grains.mass[g] * thickness(g)).sum();
-        let [mass_thickness, count] = domain.sum([mine, grains.owned() as Real]);
+        let body = |record: &GrainRecord| &engine.bodies()[record.shape as usize];
+        let thickness = |record: &GrainRecord| 2.0 * body(record).capsule.radius * record.scale;
+        let kinds: Vec<Kind> =
+            records.iter().map(|record| Kind::of(body(record), record.scale, record.mass, 1.0)).collect();
         Self {
-            stiffness: settings.stiffness_scale,
+            softness: Softness::of(&settings, &kinds),
+            own: Own::of(records),
+            stiffness: 1.0,
+            fastest: 0.0,
+            stiffening: false,
+            slowed: false,
+            mass_thickness: records.iter().map(|record| record.mass * thickness(record)).sum(),
+            thickness: records.iter().map(thickness).sum::<Real>() / records.len() as Real,
+            count: records.len() as Real,
             settings,
             engine,
             interactions,
@@ -122,8 +185,6 @@ impl Packing {
             tapped: false,
             largest_mean_speed: 0.0,
             topmost: 0,
-            mass_thickness,
-            count,
         }
     }
 
@@ -145,7 +206,14 @@ impl Packing {
         self.stage
     }
 
-    /// Advances by one step of [`PackingSettings::step`]; does nothing once done.
+    /// Length of the next step: that of the settings, or a sub-step where that is longer \[s].
+    fn step_length(&self) -> Real {
+        let substep = self.engine.contact_time_step();
+        let longer = self.settings.substeps == Substeps::Auto && self.stage != Stage::Tapping && substep.is_finite();
+        if longer { self.settings.step.max(substep) } else { self.settings.step }
+    }
+
+    /// Advances by one step; does nothing once done.
     ///
     /// # Errors
     /// Those of [`Engine::advance`].
@@ -153,20 +221,31 @@ impl Packing {
         let settings = &self.settings;
         let factor = if self.stage == Stage::Falling { settings.fall_factor } else { 1.0 };
         let gravity = Vector::new(0.0, 0.0, -factor * settings.gravity);
+        let length = self.step_length();
         let contacts = if matches!(self.stage, Stage::Done | Stage::GivenUp) {
             ContactReport::default()
         } else {
-            self.engine.advance(domain, &Loads::none(), gravity, settings.step, settings.substeps)?
+            self.engine.advance(domain, &Loads::none(), gravity, length, settings.substeps)?
         };
+        let part = if self.slowed { (-length / settings.slowing_time(self.thickness)).exp() } else { 1.0 };
+        let limit = self.speed_limit();
+        if self.slowed || limit.is_finite() {
+            self.engine.limit_speeds(domain, |inverse_mass| limit * inverse_mass.sqrt(), part);
+        }
         let mut report = self.measure(domain, contacts);
         self.judge(domain, &mut report);
+        if matches!(self.stage, Stage::Falling | Stage::Settling | Stage::Tapping) {
+            self.soften(domain, contacts.largest_speed);
+        }
         Ok(report)
     }
 
     fn measure(&mut self, domain: &Domain, contacts: ContactReport) -> PackingReport {
         let grains = self.engine.grains();
         let speeds: Real = (0..grains.owned()).map(|g| grains.velocity[g].length()).sum();
-        let energies: Real = (0..grains.owned()).map(|g| grains.kinetic_energy(g)).sum();
+        // Of the grains' own masses.
+        let part = |g: usize| if self.fastest > 0.0 { self.own.of_grain(grains.id[g]).0 / grains.mass[g] } else { 1.0 };
+        let energies: Real = (0..grains.owned()).map(|g| part(g) * grains.kinetic_energy(g)).sum();
         let [speeds, energies] = domain.sum([speeds, energies]);
         let highest = (0..grains.owned()).map(|g| grains.position[g].z).fold(Real::NEG_INFINITY, Real::max);
         let mean_speed = speeds / self.count;
@@ -197,6 +276,7 @@ impl Packing {
                 if domain.max(Real::from(u8::from(landed))) > 0.0 {
                     self.stage = Stage::Settling;
                     (self.switched, self.since) = (now, now);
+                    self.slowed = !settings.by_time_only;
                     if settings.fall_friction != 1.0 {
                         self.set_stiffness(domain, self.stiffness);
                     }
@@ -205,21 +285,30 @@ impl Packing {
             Stage::Settling => {
                 let rests = self.rests(report);
                 let waited = |time: Real| now >= self.since + time;
-                if self.stiffness < 1.0 {
-                    let begun = self.stiffness > settings.stiffness_scale;
-                    let due = if begun {
-                        waited(STIFFENING * self.engine.contact_time_step())
-                    } else {
-                        waited(settings.settling_time) && rests
-                    };
-                    if due {
+                let substeps = |count: Real| waited(count * self.engine.contact_time_step());
+                if settings.by_time_only {
+                    if waited(settings.settling_time) {
+                        self.end_settling(now);
+                    }
+                } else if !self.stiffening {
+                    if waited(settings.settling_time) && self.rests_by(0.5, report) {
+                        (self.stiffening, self.since) = (true, now);
+                        if self.fastest > 0.0 {
+                            self.fastest = 0.0;
+                            self.set_stiffness(domain, self.stiffness);
+                        }
+                    }
+                } else if self.stiffness < 1.0 {
+                    if substeps(STIFFENING) {
                         self.set_stiffness(domain, (2.0 * self.stiffness).min(1.0));
                         self.since = now;
                     }
-                } else if waited(settings.settling_time) && (rests || settings.by_time_only) {
-                    let tap = settings.tapping.is_some() && !self.tapped;
-                    self.stage = if tap { Stage::Tapping } else { Stage::Done };
-                    self.since = now;
+                } else if !rests {
+                    (self.slowed, self.since) = (true, now);
+                } else if self.slowed {
+                    (self.slowed, self.since) = (false, now);
+                } else if substeps(RESTING) {
+                    self.end_settling(now);
                 }
             }
             Stage::Tapping => self.tap(now),
@@ -232,18 +321,80 @@ impl Packing {
         report.switched = self.switched;
     }
 
-    /// Gives contacts their own friction, and this part of their stiffness.
+    fn end_settling(&mut self, now: Real) {
+        let tap = self.settings.tapping.is_some() && !self.tapped;
+        self.stage = if tap { Stage::Tapping } else { Stage::Done };
+        (self.stiffening, self.slowed, self.since) = (false, false, now);
+    }
+
+    /// Speed that no grain may exceed, times the root of its mass: a coarse one would press a fine one flat
+    /// [m/s kg^(1/2)]; infinite among like sizes.
+    fn speed_limit(&self) -> Real {
+        let moves = matches!(self.stage, Stage::Falling | Stage::Settling) && !self.settings.by_time_only;
+        let resting = self.stiffening && !self.slowed;
+        if !self.softness.unlike || !moves || resting {
+            return Real::INFINITY;
+        }
+        self.softness.limit(self.stiffness * self.softness.least_of(&self.interactions))
+    }
+
+    /// Makes springs as soft, and fine grains as heavy, as grains that move at `speed` [m/s] at most let them be.
+    fn soften(&mut self, domain: &Domain, speed: Real) {
+        if self.settings.by_time_only || self.stiffening {
+            return;
+        }
+        let needed = self.softness.scale(&self.interactions, speed);
+        let stiffness = steady(needed, self.stiffness).min(1.0);
+        let fastest = if self.softness.unlike { steady(speed.max(SLOW), self.fastest) } else { 0.0 };
+        if stiffness != self.stiffness || fastest != self.fastest {
+            self.fastest = fastest;
+            self.set_stiffness(domain, stiffness);
+        }
+    }
+
+    /// Gives contacts the friction of the stage, and this part of their stiffness, and fine grains their present masses.
     fn set_stiffness(&mut self, domain: &Domain, stiffness: Real) {
         self.stiffness = stiffness;
-        let mut interactions = self.interactions.clone();
-        if stiffness != 1.0 {
-            interactions.scale_stiffness(stiffness);
+        if self.softness.unlike {
+            let springs = stiffness * self.softness.least_of(&self.interactions);
+            let Self { engine, softness, own, fastest, .. } = self;
+            let bodies = &engine.bodies;
+            let grains = &mut engine.grains;
+            for g in 0..grains.owned {
+                let (mass, inertia) = own.of_grain(grains.id[g]);
+                let kind = Kind::of(&bodies[grains.shape[g] as usize], grains.scale[g], mass, 1.0);
+                let factor = if *fastest > 0.0 { softness.mass_factor(&kind, springs, *fastest) } else { 1.0 };
+                let change = factor * mass / grains.mass[g];
+                grains.mass[g] = factor * mass;
+                grains.inertia[g] = factor * inertia;
+                grains.angular_momentum[g] *= change;
+            }
+            // Fine grains may sink into coarse ones while these hit them; the bed must not have such contacts.
+            engine.allow_any_overlap(*fastest > 0.0);
         }
+        let interactions = Self::springs(&self.settings, &self.interactions, self.stage, stiffness);
         self.engine.set_interactions(domain, interactions);
     }
 
+    fn springs(settings: &PackingSettings, own: &Interactions, stage: Stage, stiffness: Real) -> Interactions {
+        let mut springs = own.clone();
+        if stage == Stage::Falling {
+            springs.scale_friction(settings.fall_friction);
+        }
+        if stiffness != 1.0 {
+            springs.scale_stiffness(stiffness);
+        }
+        springs
+    }
+
     fn rests(&self, report: &PackingReport) -> bool {
-        report.mean_speed < self.settings.rest_speed && report.energy < self.settings.rest_energy
+        self.rests_by(1.0, report)
+    }
+
+    /// Whether the grains are as slow as this part of the speeds of a bed at rest.
+    fn rests_by(&self, part: Real, report: &PackingReport) -> bool {
+        let Self { settings, .. } = self;
+        report.mean_speed < part * settings.rest_speed && report.energy < part * part * settings.rest_energy
     }
 
     /// Moves the floor for the next step.
@@ -262,6 +413,7 @@ impl Packing {
         if over {
             self.tapped = true;
             self.stage = Stage::Settling;
+            self.slowed = !self.settings.by_time_only;
             self.since = now;
         }
     }
@@ -271,23 +423,23 @@ impl Packing {
         self.engine.snapshot(domain, prefix, snapshot);
         if domain.communicator().rank() == 0 {
             let stage = self.stage as u8;
-            let mut state = vec![
+            let state = vec![
                 Real::from(stage),
                 self.switched,
                 self.since,
                 Real::from(u8::from(self.tapped)),
                 self.largest_mean_speed,
                 self.topmost as Real,
+                self.stiffness,
+                Real::from(u8::from(self.stiffening)),
+                Real::from(u8::from(self.slowed)),
+                self.fastest,
             ];
-            // Of packings with their own springs throughout nothing is written.
-            if self.settings.stiffness_scale != 1.0 {
-                state.push(self.stiffness);
-            }
             snapshot.put_reals(format!("{prefix}packing"), state);
         }
     }
 
-    /// Restores a packing from `snapshot`, which is read on rank 0 only.
+    /// Restores a packing of `grains` from `snapshot`, which is read on rank 0 only.
     ///
     /// # Errors
     /// Those of [`Engine::restore`].
@@ -296,13 +448,12 @@ impl Packing {
         settings: PackingSettings,
         bodies: Vec<Body>,
         interactions: Interactions,
+        grains: &[Grain],
         prefix: &str,
         snapshot: &Snapshot,
     ) -> Result<Self, DemError> {
         let outcome = if domain.communicator().rank() == 0 {
-            snapshot
-                .reals_of(&format!("{prefix}packing"), if settings.stiffness_scale == 1.0 { 6 } else { 7 })
-                .map(<[Real]>::to_vec)
+            snapshot.reals_of(&format!("{prefix}packing"), 10).map(<[Real]>::to_vec)
         } else {
             Ok(Vec::new())
         };
@@ -314,22 +465,18 @@ impl Packing {
             3 => Stage::Done,
             _ => Stage::GivenUp,
         };
-        let mut present = interactions.clone();
-        if stage == Stage::Falling {
-            present.scale_friction(settings.fall_friction);
-        }
-        let stiffness = state.get(6).copied().unwrap_or(1.0);
-        if stiffness != 1.0 {
-            present.scale_stiffness(stiffness);
-        }
+        let present = Self::springs(&settings, &interactions, stage, state[6]);
+        let records = GrainRecord::of_all(grains, &bodies, interactions.materials())?;
         let engine = Engine::restore(domain, settings.setup(bodies, present), prefix, snapshot)?;
-        let mut packing = Self::with(domain, settings, engine, interactions);
+        let mut packing = Self::with(settings, engine, interactions, &records);
         packing.stage = stage;
         (packing.switched, packing.since) = (state[1], state[2]);
         packing.tapped = state[3] > 0.0;
         packing.largest_mean_speed = state[4];
         packing.topmost = state[5] as u64;
-        packing.stiffness = stiffness;
+        (packing.stiffness, packing.stiffening, packing.slowed) = (state[6], state[7] > 0.0, state[8] > 0.0);
+        packing.fastest = state[9];
+        packing.engine.allow_any_overlap(packing.fastest > 0.0);
         Ok(packing)
     }
 

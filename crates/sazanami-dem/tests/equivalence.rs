@@ -262,6 +262,13 @@ fn a_ball_turns_as_it_spins() {
 
 #[test]
 fn packing_goes_on_after_an_interruption() {
+    // Of unlike sizes too, of which the fine grains are made heavier for a while.
+    for fine in [1.0, 0.4] {
+        packing_goes_on(fine);
+    }
+}
+
+fn packing_goes_on(fine: Real) {
     let domain = domain(Box::new(Solo::default()), false);
     let settings = PackingSettings {
         lattice: Lattice::Low,
@@ -274,7 +281,10 @@ fn packing_goes_on_after_an_interruption() {
         ..PackingSettings::new(Vector::ZERO, Vector::new(WIDTH, WIDTH, 1.0))
     };
     let laws = || Interactions::uniform(1, LinearSpringDashpot::SAND);
-    let templates: Vec<Grain> = (0..80).map(|id| Grain::new(id, 2650.0, Vector::ZERO)).collect();
+    let scale = |id: u64| if id.is_multiple_of(2) { 1.0 } else { fine };
+    let templates: Vec<Grain> =
+        (0..80).map(|id| Grain { scale: scale(id), ..Grain::new(id, 2650.0, Vector::ZERO) }).collect();
+    let again_of = templates.clone();
     let mut packing = Packing::new(&domain, settings.clone(), bodies(), laws(), templates).expect("the case is sound");
     let mut saved = vec![];
     let mut reports = vec![];
@@ -290,7 +300,7 @@ fn packing_goes_on_after_an_interruption() {
     assert!(reports.iter().any(|r| r.stage == Stage::Tapping));
     assert!(saved.len() > 1);
     for (at, snapshot) in saved {
-        let mut again = Packing::restore(&domain, settings.clone(), bodies(), laws(), "bed/", &snapshot)
+        let mut again = Packing::restore(&domain, settings.clone(), bodies(), laws(), &again_of, "bed/", &snapshot)
             .expect("the case is sound");
         for expected in &reports[at..] {
             let found = again.step(&domain).expect("the case is sound");

@@ -10,19 +10,18 @@ const RADIUS: Real = 0.5e-3;
 const SOFT: Real = 100.0;
 const STIFF: Real = 2000.0;
 
-/// Drops `count` spheres into a box with room for nine in a layer, until they rest or `longest` \[s] is over.
-fn pack(count: u64, longest: Real) -> (Packing, Stage, Real) {
-    let (packing, stage, switched, _) = pack_softly(count, longest, [SOFT, 1.0], 1);
-    (packing, stage, switched)
+/// A packing: the bed, whether it rests, when gravity took its true value \[s], sub-steps, and the softest springs on the way over
+/// their own.
+struct Packed {
+    packing: Packing,
+    stage: Stage,
+    switched: Real,
+    substeps: usize,
+    softest: Real,
 }
 
-/// The same with springs of a stiffness [N/m] of which they have a part while the grains fall, and the sub-steps that it took.
-fn pack_softly(
-    count: u64,
-    longest: Real,
-    [stiffness, stiffness_scale]: [Real; 2],
-    seed: u64,
-) -> (Packing, Stage, Real, usize) {
+/// Drops `count` spheres into a box with room for nine in a layer.
+fn pack_with(count: u64, stiffness: Real, settings: PackingSettings) -> Packed {
     let upper = Vector::new(3.6e-3, 3.6e-3, 4e-3);
     let domain = Domain::solo(Grid::new([8, 8, 8], Vector::ZERO, upper), [false; 3]);
     let law = LinearSpringDashpot {
@@ -31,19 +30,32 @@ fn pack_softly(
         damping: Damping::Restitution(0.3),
         ..LinearSpringDashpot::SAND
     };
-    let settings = PackingSettings { longest, stiffness_scale, seed, ..PackingSettings::new(Vector::ZERO, upper) };
+    let settings = PackingSettings { upper, ..settings };
     let grains = (0..count).map(|id| Grain::new(id, 2650.0, Vector::ZERO)).collect();
     let bodies = vec![Body::ball(RADIUS)];
     let mut packing =
         Packing::new(&domain, settings, bodies, Interactions::uniform(1, law), grains).expect("the case is sound");
-    let mut substeps = 0;
+    let (mut substeps, mut softest) = (0, Real::INFINITY);
     loop {
+        softest = softest.min(springs(&packing) / stiffness);
         let report = packing.step(&domain).expect("nothing goes wrong");
         substeps += report.contacts.substeps;
         if matches!(report.stage, Stage::Done | Stage::GivenUp) {
-            return (packing, report.stage, report.switched, substeps);
+            return Packed { packing, stage: report.stage, switched: report.switched, substeps, softest };
         }
     }
+}
+
+/// Stiffness of the springs [N/m].
+fn springs(packing: &Packing) -> Real {
+    packing.engine().interactions().law(0, 0).stiffness(RADIUS)[0]
+}
+
+/// Drops spheres until they rest or `longest` \[s] is over.
+fn pack(count: u64, longest: Real) -> (Packing, Stage, Real) {
+    let settings = PackingSettings { longest, ..PackingSettings::new(Vector::ZERO, Vector::ZERO) };
+    let Packed { packing, stage, switched, .. } = pack_with(count, SOFT, settings);
+    (packing, stage, switched)
 }
 
 #[test]
@@ -60,29 +72,54 @@ fn a_single_layer_on_the_floor_is_a_bed() {
 }
 
 #[test]
-fn beds_of_softer_springs_are_the_same_beds_with_their_own_springs_at_the_end() {
+fn beds_packed_with_softer_springs_are_the_same_beds_with_their_own_springs_at_the_end() {
     let mean = |packing: &Packing| {
         let bed = packing.bed();
         bed.iter().map(|grain| grain.position.z).sum::<Real>() / bed.len() as Real / RADIUS
     };
-    let seeds = 1..=3;
-    let beds = |scale: Real| -> Vec<(Real, usize)> {
+    let beds = |settings: PackingSettings, softest: std::ops::RangeInclusive<Real>| -> Vec<(Real, Real)> {
         let of = |seed: u64| {
-            let (packing, stage, _, substeps) = pack_softly(60, 1.0, [STIFF, scale], seed);
-            assert_eq!(stage, Stage::Done);
-            let springs = packing.engine().interactions().law(0, 0).stiffness(RADIUS)[0];
-            assert_eq!(springs, STIFF, "they are stiff at the end");
-            (mean(&packing), substeps)
+            let packed = pack_with(60, STIFF, PackingSettings { seed, ..settings.clone() });
+            assert_eq!(packed.stage, Stage::Done);
+            assert_eq!(springs(&packed.packing), STIFF, "they are stiff at the end");
+            assert!(softest.contains(&packed.softest), "{}", packed.softest);
+            let engine = packed.packing.engine();
+            let saved = engine.time() / engine.contact_time_step() / packed.substeps as Real;
+            (mean(&packed.packing), saved)
         };
-        seeds.clone().map(of).collect()
+        (1..=3).map(of).collect()
     };
-    let (stiff, soft) = (beds(1.0), beds(0.05));
-    let average = |beds: &[(Real, usize)]| beds.iter().map(|(height, _)| height).sum::<Real>() / beds.len() as Real;
+    let settings = PackingSettings::new(Vector::ZERO, Vector::ZERO);
+    // A bed that is taken after a time has its own springs throughout: here long after it has come to rest.
+    let timed = PackingSettings { by_time_only: true, settling_time: 0.12, ..settings.clone() };
+    let (stiff, soft) = (beds(timed, 1.0..=1.0), beds(settings.clone(), 0.0..=0.2));
+    let average = |beds: &[(Real, Real)]| beds.iter().map(|(height, _)| height).sum::<Real>() / beds.len() as Real;
     let spread = stiff.iter().map(|(height, _)| (height - average(&stiff)).abs()).fold(0.0, Real::max);
-    let apart = (average(&soft) - average(&stiff)).abs();
-    assert!(apart < 2.0 * spread.max(0.05), "{apart} radii apart, {spread} among seeds: {stiff:?} {soft:?}");
-    let work = |beds: &[(Real, usize)]| beds.iter().map(|(_, substeps)| substeps).sum::<usize>();
-    assert!(4 * work(&soft) < 3 * work(&stiff), "{} sub-steps for {}", work(&soft), work(&stiff));
+    let apart = |beds: &[(Real, Real)]| (average(beds) - average(&stiff)).abs();
+    let allowed = 2.0 * spread.max(0.05);
+    assert!(apart(&soft) < allowed, "{} radii apart, {spread} among seeds: {stiff:?} {soft:?}", apart(&soft));
+    let saved = |beds: &[(Real, Real)]| beds.iter().map(|(_, saved)| saved).sum::<Real>() / beds.len() as Real;
+    assert!(saved(&soft) > 1.5 && saved(&stiff) < 1.0, "{soft:?} {stiff:?}");
+    // Negative control: a bed that is another, without friction in the fall, is told from it.
+    let slippery = beds(PackingSettings { fall_friction: 0.0, ..settings }, 0.0..=0.2);
+    assert!(apart(&slippery) > 0.0 && apart(&slippery) > apart(&soft), "{slippery:?} {stiff:?} {soft:?}");
+}
+
+#[test]
+fn a_bed_rests_without_being_slowed() {
+    let settings = PackingSettings::new(Vector::ZERO, Vector::ZERO);
+    let packed = pack_with(20, STIFF, settings.clone());
+    assert_eq!(packed.stage, Stage::Done);
+    let grains = packed.packing.engine().grains();
+    let mean = (0..grains.owned()).map(|g| grains.velocity[g].length()).sum::<Real>() / grains.owned() as Real;
+    assert!(mean < settings.rest_speed, "{mean} m/s");
+    // Balls that are left to roll on a floor do so for ever: without slowing they are not at rest when the others long are.
+    let timed = PackingSettings { by_time_only: true, settling_time: 0.05, ..settings };
+    let packed = pack_with(14, STIFF, timed.clone());
+    let grains = packed.packing.engine().grains();
+    let mean = (0..grains.owned()).map(|g| grains.velocity[g].length()).sum::<Real>() / grains.owned() as Real;
+    assert!(mean > timed.rest_speed, "negative control: {mean} m/s");
+    assert_eq!(pack_with(14, STIFF, PackingSettings { by_time_only: false, ..timed }).stage, Stage::Done);
 }
 
 #[test]

@@ -44,7 +44,6 @@ fn tank(scheme: Scheme, length: usize, gate: Option<Gate>, (form, lift): (AddedM
     let coupling = Coupling {
         drag: DragParameters::recommended(1000.0, 1e-3),
         smoothing: 3.0 * SPACING,
-        reach: 1.0,
         least_void: 0.3,
         exchange: DragExchange::Lagged,
         added_mass: AddedMass { form, coefficient: 0.5 },

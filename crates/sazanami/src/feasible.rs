@@ -355,7 +355,7 @@ impl Search<'_> {
         let base = extent.x * extent.y;
         for (n, population) in self.case.grains.iter().enumerate() {
             let (GrainPlacement::Packed(_), Some(count)) = (&population.placement, population.count) else { continue };
-            let solid = count as Real * self.shapes[n].volume() * population.size.largest().powi(3);
+            let solid = self.shapes[n].volume() * grains::drawn_cubes(population, count);
             let height = solid / (PACKED * base);
             let span = self.loaded.places.of(&format!("grains.{n}.count")).unwrap_or(self.span(n));
             let levelled = matches!(&population.placement, GrainPlacement::Packed(how) if how.level.is_some());

@@ -465,7 +465,6 @@ fn densities_of_another_unit_and_peaks_of_records_are_said() {
                 "fluid.liquid={ density = \"1 kg/m^3\", kinematic_viscosity = \"1e-6 m^2/s\" }",
                 "lighter than foam",
             ),
-            (RAINDROP, "grains.0.placement.packed.stiffness_scale=0.001", "soft for the fall of the grains"),
             (RIPPLES, &peaked, "at 1.5 s, 1.58 m/s^2 in its strongest harmonic"),
         ],
     );

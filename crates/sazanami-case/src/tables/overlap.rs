@@ -20,15 +20,12 @@ const BLEND_ALONE: [&str; 3] = ["kozeny", "forchheimer", "blend"];
 #[derive(Clone, Debug, Default, PartialEq, Keys)]
 #[keys(check = Self::check)]
 pub struct Overlap {
-    /// Radius over which the void fraction is smoothed: from the largest diameter (below 2.5 of it with a warning) to the
-    /// shortest edge between walls or periodic sides.
+    /// Radius over which the void fraction is smoothed, and within which a grain reads the water and gives its drag back: from the
+    /// largest diameter (below 2.5 of it with a warning) and 2.1 spacings of the water to the shortest edge between walls or
+    /// periodic sides.
     #[key(unit = "m", range = Positive, default = suited_smoothing(&cx.known.grains),
           says = "3 mean diameters, at least 2.5 of the largest")]
     pub smoothing: Real,
-    /// Radius R_c within which a grain reads velocity and pressure gradient of the water and gives its drag back, over
-    /// `particles.radius`; 2.1 spacings at least.
-    #[key(range = Between(0.5, 1.0), default = 1.0)]
-    pub reach: Real,
     /// Least void fraction; smaller ones are cut, and counted.
     #[key(range = Between(0.05, 1.0), default = 0.3)]
     pub least_void: Real,

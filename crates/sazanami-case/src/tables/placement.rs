@@ -72,10 +72,6 @@ pub struct Packing {
     /// Friction while packing over friction; below 1 packs denser.
     #[key(range = NonNegative, default = PACKING.fall_friction)]
     pub friction_scale: Real,
-    /// Stiffness of contacts while grains fall and settle over their own; they are stiffened step by step once the grains rest, and
-    /// the bed comes to rest with its own springs. Softer springs take longer sub-steps; 0.1 to 0.02 give the same beds.
-    #[key(range = Between(1e-3, 1.0), default = PACKING.stiffness_scale, omit_if = self.stiffness_scale == PACKING.stiffness_scale)]
-    pub stiffness_scale: Real,
     /// Longest simulated packing time; after it the run fails.
     #[key(unit = "s", range = Positive, default = longest_packing(cx),
           says = format!("{} s, or {FALLS} falls from the height of the box if that is longer", PACKING.longest))]

@@ -103,7 +103,7 @@ impl SizeDistribution {
         self.mean_power(3)
     }
 
-    /// Mean of a power of the size factors; that of the whole distribution where a log-normal one is cut off.
+    /// Mean of a power of the size factors.
     fn mean_power(&self, power: i32) -> Real {
         match self {
             Self::Equal => 1.0,
@@ -116,9 +116,44 @@ impl SizeDistribution {
                 (upper.powi(power + 1) - lower.powi(power + 1)) / (over * (upper - lower))
             }
             Self::Uniform { upper, .. } => upper.powi(power),
-            Self::Lognormal { median, sigma, .. } => {
-                median.powi(power) * (0.5 * (f64::from(power) * sigma).powi(2)).exp()
+            Self::Lognormal { median, sigma, lower, upper } if *sigma > 0.0 && upper > lower => {
+                // There is next to nothing beyond ten deviations from where the moment lies.
+                let [low, high] = [lower, upper].map(|end| (end / median).ln() / sigma);
+                let [low, high] = [low.max(-10.0), high.min(10.0 + Real::from(power) * sigma)];
+                let weight = |x: Real| (-0.5 * x * x).exp();
+                let moment = |x: Real| weight(x) * (median * (sigma * x).exp()).powi(power);
+                integral(moment, low, high) / integral(weight, low, high)
             }
+            Self::Lognormal { median, lower, upper, .. } => median.clamp(*lower, *upper).powi(power),
         }
+    }
+}
+
+/// Integral by Simpson's rule, of functions as smooth as a normal distribution a few deviations wide.
+fn integral(of: impl Fn(Real) -> Real, low: Real, high: Real) -> Real {
+    const HALVES: usize = 500;
+    let step = (high - low) / (2 * HALVES) as Real;
+    let at = |n: usize| of(low + step * n as Real);
+    let sum: Real = (0..HALVES).map(|n| at(2 * n) + 4.0 * at(2 * n + 1) + at(2 * n + 2)).sum();
+    sum * step / 3.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn means_of_a_cut_log_normal_distribution_are_those_within_its_ends() {
+        let cut = |at: Real| SizeDistribution::Lognormal { median: 2.0, sigma: 1.0, lower: 2.0 / at, upper: 2.0 * at };
+        // Far ends: Aitchison & Brown (1957), the moments of the whole distribution.
+        let whole = cut(1e4);
+        for (found, power) in [(whole.mean(), 1), (whole.mean_cube(), 3)] {
+            let expected = Real::exp2(power.into()) * (0.5 * Real::from(power * power)).exp();
+            assert!((found / expected - 1.0).abs() < 1e-6, "{found}, not {expected}");
+        }
+        // Ends three deviations away cut the mean cube, which lies there, by half but for a thousandth of the grains.
+        let found = cut(3.0_f64.exp()).mean_cube() / whole.mean_cube();
+        assert!((found - 0.5 / 0.9973).abs() < 1e-4, "{found}");
+        assert!((cut(1.01).mean() / 2.0 - 1.0).abs() < 1e-4);
     }
 }

@@ -1,11 +1,12 @@
 //! Changes of the motion of grains from outside, between steps.
 
 use sazanami_numerics::domain::Domain;
-use sazanami_numerics::{Real, Vector};
+use sazanami_numerics::{Matrix, Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
 use super::Engine;
 use crate::grain::{ATTACHED, Grains, Motion, ROWS};
+use crate::motion::{MassProperties, Pose};
 
 impl Engine {
     /// Changes the velocity of an own grain, and its angular velocity [m/s, rad/s]; its ghosts follow with
@@ -38,14 +39,7 @@ impl Engine {
                 }
             }
         });
-        for_each_chunk((&mut poses[..owned], &mut rotations[..owned]), ROWS, |number, (poses, rotations)| {
-            for (n, (pose, rotation)) in poses.iter_mut().zip(rotations).enumerate() {
-                let g = number * ROWS + n;
-                if grains.motion[g] == Motion::Free {
-                    *rotation = pose.follow(grains, g, &mass_properties[g]);
-                }
-            }
-        });
+        follow(grains, mass_properties, &mut poses[..owned], &mut rotations[..owned]);
     }
 
     /// Changes what a coupled solver stores with each own grain by the grains as they are; what it stores with others cannot
@@ -78,17 +72,36 @@ impl Engine {
     }
 
     /// Multiplies all velocities by `factor` or less, so that neither the speed of a grain's centre nor that of its
-    /// farthest contact sphere about it exceeds `limit` [m/s].
-    pub fn limit_speeds(&mut self, domain: &Domain, limit: Real, factor: Real) {
-        for g in 0..self.grains.owned {
-            if self.grains.motion[g] != Motion::Free {
-                continue;
+    /// farthest contact sphere about it exceeds `limit` [m/s], which is given the grain's reciprocal mass [1/kg].
+    pub fn limit_speeds(&mut self, domain: &Domain, limit: impl Fn(Real) -> Real + Sync, factor: Real) {
+        let Self { grains, poses, rotations, mass_properties, .. } = self;
+        let Grains { velocity, angular_momentum, motion, owned, .. } = grains;
+        let (owned, columns) = (*owned, (&mut velocity[..*owned], &mut angular_momentum[..*owned]));
+        for_each_chunk(columns, ROWS, |number, (velocity, momentum)| {
+            for (n, (velocity, momentum)) in velocity.iter_mut().zip(momentum).enumerate() {
+                let g = number * ROWS + n;
+                if motion[g] == Motion::Free {
+                    let speed = velocity.length().max(mass_properties[g].arm * poses[g].spin.length());
+                    let limit = limit(mass_properties[g].inverse_mass);
+                    let part = factor.min(limit / speed.max(Real::MIN_POSITIVE));
+                    *velocity *= part;
+                    *momentum *= part;
+                }
             }
-            let (velocity, spin) = (self.grains.velocity[g], self.grains.angular_velocity(g));
-            let speed = velocity.length().max(self.mass_properties[g].arm * spin.length());
-            let part = factor.min(limit / speed.max(Real::MIN_POSITIVE));
-            self.set_velocity(g, part * velocity, part * spin);
-        }
+        });
+        follow(grains, mass_properties, &mut poses[..owned], &mut rotations[..owned]);
         self.refresh_ghosts(domain);
     }
+}
+
+/// Brings the poses of own grains that forces move up to date with their velocities.
+fn follow(grains: &Grains, mass_properties: &[MassProperties], poses: &mut [Pose], rotations: &mut [Matrix]) {
+    for_each_chunk((poses, rotations), ROWS, |number, (poses, rotations)| {
+        for (n, (pose, rotation)) in poses.iter_mut().zip(rotations).enumerate() {
+            let g = number * ROWS + n;
+            if grains.motion[g] == Motion::Free {
+                *rotation = pose.follow(grains, g, &mass_properties[g]);
+            }
+        }
+    });
 }

@@ -3,6 +3,7 @@
 use sazanami_numerics::choices;
 use sazanami_numerics::{Quaternion, Real, Vector};
 
+use super::scatter::{scatter, scattered_height};
 use crate::body::Body;
 use crate::contact::laws::Interactions;
 use crate::engine::{Setup, Substeps};
@@ -68,12 +69,9 @@ pub struct PackingSettings {
     pub rest_energy: Real,
     /// Factor on friction until the fall has ended; below 1 beds are denser. 1 unless a porosity is aimed at.
     pub fall_friction: Real,
-    /// Stiffness of contacts while the grains fall and settle over their own, which they have when the bed is done; 1: their own
-    /// throughout.
-    pub stiffness_scale: Real,
     /// Tapping after settling; none unless a porosity is aimed at.
     pub tapping: Option<Tapping>,
-    /// Time of a step of [`Packing::step`](crate::Packing::step) \[s].
+    /// Shortest step of [`Packing::step`](crate::Packing::step): a sub-step may be longer \[s].
     pub step: Real,
     /// Sub-steps within a step.
     pub substeps: Substeps,
@@ -103,7 +101,6 @@ impl PackingSettings {
             rest_speed: 2e-3,
             rest_energy: 1e-3,
             fall_friction: 1.0,
-            stiffness_scale: 1.0,
             tapping: None,
             step: 2e-5,
             substeps: Substeps::Auto,
@@ -113,7 +110,7 @@ impl PackingSettings {
     }
 
     /// Puts `grains` on the lattice, layer by layer; what they are is left as it is. Grains of sizes more than a factor of two
-    /// apart have layers of their own, as wide and high as they need, mixed in the order of the grains.
+    /// apart have no lattice: they are scattered at random, the largest first.
     ///
     /// # Errors
     /// [`DemError::BadGrain`] if the box is narrower than a grain or a shape is missing.
@@ -124,49 +121,56 @@ impl PackingSettings {
             Ok([2.0 * body.bounding_radius * grain.scale, grain.scale * self.layer(body)])
         };
         let sizes: Vec<[Real; 2]> = grains.iter().map(size).collect::<Result<_, DemError>>()?;
-        let layers = Layers::of(self, &sizes).map_err(|spacing| {
-            let id = grains.first().map_or(0, |g| g.id);
-            DemError::BadGrain { id, what: format!("the box is narrower than {spacing} m") }
-        })?;
+        let id = grains.first().map_or(0, |g| g.id);
+        let narrow = |spacing| DemError::BadGrain { id, what: format!("the box is narrower than {spacing} m") };
         let mut random = Random::new(self.seed);
-        for (grain, place) in grains.iter_mut().zip(&layers.places) {
-            let Row { along, pitch, extent, height } = layers.rows[place.row];
-            let (i, j) = (place.slot % along[0], place.slot / along[0] % along[1]);
-            let k = place.slot / (along[0] * along[1]);
+        if unlike(&sizes) {
+            let radii: Vec<Real> = sizes.iter().map(|[extent, _]| 0.5 * extent).collect();
+            let places = scatter(self.upper - self.lower, self.periodic, &radii, &mut random).map_err(narrow)?;
+            for (grain, place) in grains.iter_mut().zip(places) {
+                grain.position = self.lower + place;
+                grain.orientation = self.orientation(&bodies[grain.shape as usize], &mut random);
+            }
+            return Ok(());
+        }
+        let row = Row::of(self, &sizes).map_err(narrow)?;
+        let Row { along, pitch, extent, height } = row;
+        for (slot, grain) in grains.iter_mut().enumerate() {
+            let (i, j, k) = (slot % along[0], slot / along[0] % along[1], slot / row.in_layer());
             let cell = Vector::new(i as Real + 0.5, j as Real + 0.5, k as Real + 0.5);
             let shake = Vector::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(-1.0, 1.0));
             // Never so far that neighbours could touch.
             let shake = shake * (self.jitter * pitch).min(0.5 * (pitch - Vector::new(extent, extent, height)));
-            grain.position = self.lower + place.base * Vector::Z + cell * pitch + shake;
-            grain.orientation = match self.lattice {
-                Lattice::Cubic => random.orientation(),
-                Lattice::Low => lying(&bodies[grain.shape as usize], &mut random),
-            };
+            grain.position = self.lower + cell * pitch + shake;
+            grain.orientation = self.orientation(&bodies[grain.shape as usize], &mut random);
         }
         Ok(())
     }
 
-    /// Height of the lattice of grains, each of its largest extent and the height of its layer \[m]; `None` if the box is narrower
-    /// than one of them.
-    #[must_use]
-    pub fn lattice_height(&self, sizes: &[[Real; 2]]) -> Option<Real> {
-        Layers::of(self, sizes).ok().map(|layers| layers.height)
+    /// A first orientation.
+    fn orientation(&self, body: &Body, random: &mut Random) -> Quaternion {
+        match self.lattice {
+            Lattice::Cubic => random.orientation(),
+            Lattice::Low => lying(body, random),
+        }
     }
 
-    /// Stiffness that keeps overlaps small while grains fall through `drop` \[m] onto a bed of `mass` \[kg] [N/m]: of impacts below
-    /// a fifth of a contact sphere's radius, and of the weight above below a twentieth. `grains` are mass \[kg], bounding radius
-    /// and the radius of the smallest contact sphere \[m] of each kind.
+    /// Height that grains fill at first, each of its largest extent and the height of its layer \[m], about where they are
+    /// scattered; `None` if the box is narrower than one of them.
     #[must_use]
-    pub fn least_stiffness(&self, drop: Real, mass: Real, grains: impl IntoIterator<Item = [Real; 3]>) -> Real {
-        let gravity = self.fall_factor * self.gravity;
-        let size = self.upper - self.lower;
-        let pressure = mass * gravity / (size.x * size.y);
-        let of = |[mass, reach, sphere]: [Real; 3]| {
-            // The deepest overlap of a free impact is v sqrt(m/K).
-            let impact = mass * 2.0 * gravity * drop / (IMPACT * sphere).powi(2);
-            impact.max(4.0 * reach * reach * pressure / (RESTING * sphere))
-        };
-        grains.into_iter().map(of).fold(0.0, Real::max)
+    pub fn lattice_height(&self, sizes: &[[Real; 2]]) -> Option<Real> {
+        let row = Row::of(self, sizes).ok()?;
+        if unlike(sizes) {
+            let radii = sizes.iter().map(|[extent, _]| 0.5 * extent);
+            return Some(scattered_height(self.upper - self.lower, radii));
+        }
+        Some(row.pitch.z * sizes.len().div_ceil(row.in_layer()) as Real)
+    }
+
+    /// Time in which velocities fall to 1/e once gravity has its true value, of grains of this mean thickness \[m] \[s].
+    #[must_use]
+    pub fn slowing_time(&self, thickness: Real) -> Real {
+        SLOWING * (thickness / self.gravity).sqrt()
     }
 
     /// Height of a layer of grains.
@@ -195,12 +199,10 @@ impl PackingSettings {
     }
 }
 
-/// Largest overlap of an impact over a contact sphere's radius with softer springs.
-const IMPACT: Real = 0.2;
-/// The same of a contact under the weight of the bed.
-const RESTING: Real = 0.05;
+/// See [`PackingSettings::slowing_time`]: over the time in which a grain falls by half its thickness.
+const SLOWING: Real = 3.0;
 
-/// The lattice of one class of sizes.
+/// The lattice.
 #[derive(Clone, Copy, Debug)]
 struct Row {
     /// Places along x1 and x2.
@@ -212,76 +214,34 @@ struct Row {
     height: Real,
 }
 
-/// Place of a grain: its lattice, its number there, and the height from which that is counted \[m].
-#[derive(Clone, Copy, Debug, Default)]
-struct Place {
-    row: usize,
-    slot: usize,
-    base: Real,
+/// Sizes farther apart than this share no lattice.
+pub(super) const ALIKE: Real = 2.0;
+
+/// Whether sizes are too far apart for a lattice.
+fn unlike(sizes: &[[Real; 2]]) -> bool {
+    let ends = (Real::INFINITY, 0.0_f64);
+    let (least, most) = sizes.iter().fold(ends, |(low, high), [extent, _]| (low.min(*extent), high.max(*extent)));
+    most > ALIKE * least
 }
 
-/// Layers of grains of like size, one above the other.
-#[derive(Clone, Debug)]
-struct Layers {
-    rows: Vec<Row>,
-    places: Vec<Place>,
-    height: Real,
-}
-
-/// Sizes farther apart than this have layers of their own.
-const ALIKE: Real = 2.0;
-
-impl Layers {
+impl Row {
     /// Of grains of these extents and heights \[m]; the spacing \[m] that the box has no room for if it is too narrow.
     fn of(settings: &PackingSettings, sizes: &[[Real; 2]]) -> Result<Self, Real> {
-        let (least, most) = sizes
-            .iter()
-            .fold((Real::INFINITY, 0.0_f64), |(low, high), [extent, _]| (low.min(*extent), high.max(*extent)));
-        // Largest first; like sizes are one class.
-        let class = |extent: Real| if most <= ALIKE * least { 0 } else { (most / extent).log(ALIKE) as usize };
-        let mut members: Vec<Vec<usize>> = Vec::new();
-        for (n, [extent, _]) in sizes.iter().enumerate() {
-            let class = class(*extent);
-            members.resize_with(members.len().max(class + 1), Vec::new);
-            members[class].push(n);
-        }
-        members.retain(|members| !members.is_empty());
+        let largest = |d: usize| sizes.iter().map(|size| size[d]).fold(0.0, Real::max);
+        let (extent, height) = (largest(0), largest(1));
+        let spacing = settings.spacing * extent;
         let size = settings.upper - settings.lower;
-        let mut rows = Vec::new();
-        for members in &members {
-            let largest = |d: usize| members.iter().map(|&n| sizes[n][d]).fold(0.0, Real::max);
-            let (extent, height) = (largest(0), largest(1));
-            let spacing = settings.spacing * extent;
-            let along = [size.x, size.y].map(|l| (l / spacing).floor() as usize);
-            if along.contains(&0) {
-                return Err(spacing);
-            }
-            let pitch = Vector::new(size.x / along[0] as Real, size.y / along[1] as Real, settings.spacing * height);
-            rows.push(Row { along, pitch, extent, height });
+        let along = [size.x, size.y].map(|l| (l / spacing).floor() as usize);
+        if along.contains(&0) {
+            return Err(spacing);
         }
-        let mut places = vec![Place::default(); sizes.len()];
-        let in_layer = |row: &Row| row.along[0] * row.along[1];
-        if let ([members], [row]) = (&members[..], &rows[..]) {
-            for (slot, &n) in members.iter().enumerate() {
-                places[n].slot = slot;
-            }
-            let height = row.pitch.z * members.len().div_ceil(in_layer(row)) as Real;
-            return Ok(Self { rows, places, height });
-        }
-        // Each layer comes where the grain in its middle stands among all.
-        let mut layers: Vec<(usize, usize, &[usize])> = Vec::new();
-        for (row, members) in members.iter().enumerate() {
-            layers.extend(members.chunks(in_layer(&rows[row])).map(|layer| (layer[layer.len() / 2], row, layer)));
-        }
-        layers.sort_unstable();
-        let mut base = 0.0;
-        for (_, row, layer) in layers {
-            for (slot, &n) in layer.iter().enumerate() {
-                places[n] = Place { row, slot, base };
-            }
-            base += rows[row].pitch.z;
-        }
-        Ok(Self { rows, places, height: base })
+        let pitch = Vector::new(size.x / along[0] as Real, size.y / along[1] as Real, settings.spacing * height);
+        Ok(Self { along, pitch, extent, height })
+    }
+
+    /// Places in a layer.
+    fn in_layer(&self) -> usize {
+        self.along[0] * self.along[1]
     }
 }
 

@@ -13,11 +13,11 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector, choices};
 use sazanami_parallel::for_each_chunk;
 
-use super::binned::{Lanes, lanes};
 use super::drag::volume;
 use super::kept::{
-    ADDED_MASS, ADDED_MASS_FORCE, CARRIED, LIFT_FORCE, NOT_RETURNED, SUPPORT, VOID, WETNESS, set_vector, vector,
+    ADDED_MASS, ADDED_MASS_FORCE, CARRIED, LIFT_FORCE, NOT_RETURNED, SHARE, VOID, WETNESS, set_vector, vector,
 };
+use super::exchange::with_zeros;
 use super::{CouplingReport, GrainPhase, diameter_of};
 use crate::context::Context;
 use crate::neighbours::ROWS;
@@ -145,7 +145,7 @@ impl GrainPhase {
         let (grains, dt) = (self.engine.grains(), step.dt);
         let [l1, l2, l3, r1, r2, r3] = sum_of(grains.owned(), |g| {
             let kept = &grains.attached[g];
-            let returned = if kept[SUPPORT] > 0.0 { vector(kept, NOT_RETURNED) } else { Vector::ZERO };
+            let returned = if kept[SHARE] > 0.0 { vector(kept, NOT_RETURNED) } else { Vector::ZERO };
             let lift = dt * vector(kept, LIFT_FORCE);
             [lift.x, lift.y, lift.z, returned.x, returned.y, returned.z]
         });
@@ -167,7 +167,7 @@ impl GrainPhase {
         // One over the mass of the displaced fluid, and the share of the grain in the inertia.
         set_column(shared, owned, |g| {
             let [mass, displaced] = [grains.attached[g][ADDED_MASS], density * volume(diameter_of(engine, g))];
-            [displaced.recip(), grains.mass[g] / (grains.mass[g] + mass), 0.0, 0.0, 0.0, 0.0]
+            with_zeros([displaced.recip(), grains.mass[g] / (grains.mass[g] + mass)])
         });
         let shared = &shared[..];
         for_each_chunk((&mut engine.attached_mut()[..owned], &mut force[..]), ROWS, |number, (kept, force)| {
@@ -188,34 +188,29 @@ impl GrainPhase {
         if !self.has_added_mass() {
             return Vector::ZERO;
         }
-        let near = self.near_fluid(step);
-        let Self { engine, fluid, shared, gates, .. } = self;
+        let near = self.near_fluid();
+        let Self { engine, readings, shared, .. } = self;
         let (grains, dt) = (engine.grains(), step.dt);
-        let (owned, gates) = (grains.owned(), &gates[..]);
+        let (owned, readings) = (grains.owned(), &readings[..]);
         set_column(shared, owned, |g| {
             let kept = &grains.attached[g];
-            let [support, sum @ ..] = fluid.sum_beside(gates, grains.position[g], |pair, fluid: &[Lanes; 7]| {
-                let [_, _, _, inverse_void, u, v, w] = fluid;
-                let weight = lanes(|l| pair.weight[l] * inverse_void[l]);
-                let mean = |field: &Lanes| lanes(|l| weight[l] * field[l]);
-                [weight, mean(u), mean(v), mean(w)]
-            });
+            let read = &readings[g];
             let mut other = Vector::ZERO;
-            if support > 0.0 {
-                other = Vector::from_array(sum) / support;
-                if kept[SUPPORT] > 0.0 {
-                    let yields = near.inverse_mass(diameter_of(engine, g), kept[VOID], kept[SUPPORT]);
+            if read.share > 0.0 {
+                other = read.velocity / read.share;
+                if kept[SHARE] > 0.0 {
+                    let yields = near.inverse_mass(diameter_of(engine, g), kept[VOID], kept[SHARE]);
                     other += yields / dt * vector(kept, NOT_RETURNED);
                 }
             }
             let impulse = kept[ADDED_MASS] * (vector(kept, CARRIED) - grains.velocity[g]);
-            [impulse.x, impulse.y, impulse.z, other.x, other.y, other.z]
+            with_zeros([impulse.x, impulse.y, impulse.z, other.x, other.y, other.z])
         });
         let shared = &shared[..];
         for_each_chunk(&mut engine.attached_mut()[..owned], ROWS, |number, kept| {
             for (kept, shared) in kept.iter_mut().zip(&shared[number * ROWS..]) {
-                let (impulse, other) = (Vector::from_slice(&shared[..3]), Vector::from_slice(&shared[3..]));
-                let before = if kept[SUPPORT] > 0.0 { Vector::ZERO } else { vector(kept, NOT_RETURNED) };
+                let (impulse, other) = (Vector::from_slice(&shared[..3]), Vector::from_slice(&shared[3..6]));
+                let before = if kept[SHARE] > 0.0 { Vector::ZERO } else { vector(kept, NOT_RETURNED) };
                 set_vector(kept, NOT_RETURNED, before + impulse);
                 set_vector(kept, ADDED_MASS_FORCE, impulse / dt);
                 set_vector(kept, CARRIED, other);

@@ -1,15 +1,34 @@
 //! Momentum exchange: the reaction of drag, lift and added mass returned to the fluid.
+//!
+//! A particle gets the part `a_i` of the impulse on a grain, the part that the grain reads of it ([`super::reading`]), and by its own slip
+//! `-a_i K (u_i - u)` more than others, `u` being what the grain felt and `K` the resistance of the grain in the step: water that stands still
+//! is not pushed along. Over the particles of a grain the latter is zero.
 
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
 use super::GrainPhase;
 use super::binned::{Lanes, lanes};
-use super::kept::{LIFT_FORCE, NOT_RETURNED, PLACE, SUPPORT, vector};
+use super::kept::{
+    ADDED_MASS_FORCE, DRAG_FORCE, FELT, LIFT_FORCE, NOT_RETURNED, PLACE, SHARE, WEIGHTS, set_vector, vector,
+};
+use super::reading::solid_cubed;
+use super::sources::{floor, is_seen};
+use crate::boundary::Tank;
 use crate::context::Context;
+use crate::gates::near;
 use crate::neighbours::ROWS;
 use crate::particles::{Kind, Particles};
 use crate::reductions::{set_column, sum_of};
+
+/// Numbers that a grain gives back with: its position, impulse less resistance times felt velocity, resistance, two weights, and
+/// whether it is an image in a gate.
+pub(super) const GIVEN: usize = 10;
+
+/// `values` and zeros.
+pub(super) fn with_zeros<const N: usize>(values: [Real; N]) -> [Real; GIVEN] {
+    std::array::from_fn(|n| values.get(n).copied().unwrap_or(0.0))
+}
 
 impl GrainPhase {
     /// Sets `change` to the velocity change of each own fluid particle by drag [m/s], by lift, and by the added mass in the
@@ -18,6 +37,7 @@ impl GrainPhase {
     pub(crate) fn return_drag(
         &mut self,
         step: &Context<'_>,
+        tank: &Tank,
         particles: &Particles,
         inverse_void: &[Real],
         change: &mut Vec<Vector>,
@@ -27,25 +47,36 @@ impl GrainPhase {
             for_each_chunk(&mut change[..], ROWS, |_, change| change.fill(Vector::ZERO));
             return Vector::ZERO;
         }
-        let Context { domain, kernel, dt, .. } = *step;
+        let Context { domain, dt, .. } = *step;
         let particle_mass = step.particle_mass();
-        let Self { engine, coupling, shared, impulses, gates, .. } = self;
-        let reach = coupling.reach * kernel.weight.radius;
+        let Self { engine, coupling, sources, shared, places, givers, giver_ids, impulses, gates, bulk, felt, .. } = self;
+        let (radius, _) = sources.smoothing();
         let has_more = coupling.has_more_than_drag();
         let grains = engine.grains();
         set_column(shared, grains.len(), |g| {
             if g >= grains.owned() {
-                return [0.0; 6];
+                return [0.0; GIVEN];
             }
             let kept = &grains.attached[g];
-            let (support, mut impulse) = (kept[SUPPORT], grains.drag_impulse[g]);
-            if has_more {
+            let mut impulse = if kept[SHARE] > 0.0 { grains.drag_impulse[g] } else { Vector::ZERO };
+            if has_more && kept[SHARE] > 0.0 {
                 impulse += dt * vector(kept, LIFT_FORCE) + vector(kept, NOT_RETURNED);
             }
-            let share = |d: usize| if support > 0.0 { impulse[d] / support } else { 0.0 };
-            [kept[PLACE], kept[PLACE + 1], kept[PLACE + 2], share(0), share(1), share(2)]
+            let [clear, solid, resists] = vector(kept, WEIGHTS).to_array();
+            let (x, impulse) = (vector(kept, PLACE), impulse - resists * vector(kept, FELT));
+            [x.x, x.y, x.z, impulse.x, impulse.y, impulse.z, resists, clear, solid, 0.0]
+        });
+        let owned = grains.owned();
+        set_column(places, owned, |g| grains.drag_impulse[g] / dt);
+        let drag = &places[..];
+        for_each_chunk(&mut engine.attached_mut()[..owned], ROWS, |number, kept| {
+            for (row, kept) in kept.iter_mut().enumerate() {
+                set_vector(kept, DRAG_FORCE, drag[number * ROWS + row]);
+                set_vector(kept, ADDED_MASS_FORCE, Vector::ZERO);
+            }
         });
         engine.share_with_ghosts(domain, shared);
+        let grains = engine.grains();
         for_each_chunk(&mut shared[..], ROWS, |number, shared| {
             for (row, shared) in shared.iter_mut().enumerate() {
                 let image = grains.image(number * ROWS + row);
@@ -53,33 +84,54 @@ impl GrainPhase {
                 shared[..3].copy_from_slice(&place.to_array());
             }
         });
-        let shared = &shared[..];
         // Which ghosts are known beyond the radius is arbitrary.
-        let near = engine.vicinity(domain, reach);
+        let known = engine.vicinity(domain, radius);
+        givers.clear();
+        giver_ids.clear();
+        for (g, shared) in shared.iter().enumerate() {
+            let place = Vector::from_slice(&shared[..3]);
+            tank.for_each_image(place, radius, |image| {
+                if known.contains(image.position) {
+                    let mut giver = *shared;
+                    giver[..3].copy_from_slice(&image.position.to_array());
+                    giver[9] = if image.in_gate.is_some() { 1.0 } else { 0.0 };
+                    givers.push(giver);
+                    giver_ids.push(grains.id[g]);
+                }
+            });
+        }
+        let (givers, ids) = (&givers[..], &giver_ids[..]);
         impulses.fill(
             domain,
-            reach,
-            shared.len(),
-            |g| Some(Vector::from_slice(&shared[g][..3])).filter(|&place| near.contains(place)),
+            radius,
+            givers.len(),
+            |n| Some(Vector::from_slice(&givers[n][..3])),
             |a, b| {
-                let by = |d: usize| shared[a][d].total_cmp(&shared[b][d]);
-                grains.id[a].cmp(&grains.id[b]).then_with(|| by(0).then_with(|| by(1)).then_with(|| by(2)))
+                let by = |d: usize| givers[a][d].total_cmp(&givers[b][d]);
+                ids[a].cmp(&ids[b]).then_with(|| by(0).then_with(|| by(1)).then_with(|| by(2)))
             },
-            |g| shared[g],
+            |n| givers[n],
         );
-        let (impulses, gates) = (&*impulses, &gates[..]);
+        let (impulses, gates, bulk, felt, floor) = (&*impulses, &gates[..], &bulk[..], &felt[..], floor(tank));
         for_each_chunk(&mut change[..], ROWS, |number, change| {
             for (row, change) in change.iter_mut().enumerate() {
                 let a = number * ROWS + row;
                 *change = Vector::ZERO;
-                if particles.kind[a] != Kind::Fluid || !impulses.is_near(particles.position[a]) {
+                let x = particles.position[a];
+                if particles.kind[a] != Kind::Fluid || !impulses.is_near(x) {
                     continue;
                 }
-                let taken =
-                    impulses.sum_beside(gates, particles.position[a], |pair, [_, _, _, impulse @ ..]: &[Lanes; 6]| {
-                        impulse.map(|impulse| lanes(|l| pair.weight[l] * impulse[l]))
+                let (gate, cube) = (near(gates, x, radius), solid_cubed(inverse_void[a]));
+                let [i, j, k, resistance] = impulses.sum(x, |pair, giver: &[Lanes; GIVEN]| {
+                    let [p, q, r, i, j, k, resists, clear, solid, mirrored] = giver;
+                    let weight = lanes(|l| {
+                        let source = (Vector::new(p[l], q[l], r[l]), mirrored[l] > 0.0);
+                        let seen = gates.is_empty() || is_seen(gate, x, source, floor);
+                        if seen { pair.weight[l] * (clear[l] + solid[l] * cube) } else { 0.0 }
                     });
-                *change = -inverse_void[a] / particle_mass * Vector::from_array(taken);
+                    [i, j, k, resists].map(|values| lanes(|l| weight[l] * values[l]))
+                });
+                *change = -bulk[a] / particle_mass * (Vector::new(i, j, k) + resistance * felt[a]);
             }
         });
         let change = &change[..];

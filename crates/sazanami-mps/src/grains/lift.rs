@@ -7,6 +7,7 @@ use sazanami_parallel::for_each_chunk;
 
 use super::GrainPhase;
 use super::binned::{Lanes, lanes};
+use super::reading::READ;
 use super::drag::DragParameters;
 use crate::moments::velocity_gradient;
 use crate::neighbours::ROWS;
@@ -92,9 +93,9 @@ impl GrainPhase {
         for_each_chunk(&mut around[..], ROWS, |number, around| {
             for (row, around) in around.iter_mut().enumerate().filter(|(_, around)| around.wetness > 0.0) {
                 let g = number * ROWS + row;
-                let sums = fluid.sum_beside(gates, grains.position[g], |pair, fluid: &[Lanes; 7]| {
-                    let [_, _, _, inverse_void, u, v, w] = fluid;
-                    let weight = lanes(|l| pair.weight[l] * inverse_void[l]);
+                let sums = fluid.sum_beside(gates, grains.position[g], |pair, fluid: &[Lanes; READ]| {
+                    let [_, _, _, bulk, _, u, v, w, ..] = fluid;
+                    let weight = lanes(|l| pair.weight[l] * bulk[l]);
                     let times = |a: &Lanes, b: &Lanes| lanes(|l| a[l] * b[l]);
                     // From the grain to the particle.
                     let [x, y, z] = pair.apart.map(|apart| lanes(|l| -apart[l]));

@@ -5,46 +5,16 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
-use super::binned::{Binned, Lanes, lanes};
 use super::drag::{DragLaw, ForDragLaw, relaxation_rate, volume, yielding};
-use super::kept::{DRAG_FORCE, PLACE, PRESSING, PRESSURE_FORCE, SUPPORT, VOID, WETNESS, set_vector, vector};
+use super::exchange::GIVEN;
+use super::kept::{FELT, PLACE, PRESSING, PRESSURE_FORCE, SHARE, VOID, WEIGHTS, WETNESS, set_vector, vector};
 use super::{CouplingReport, FluidAtGrain, GrainPhase, Lift, diameter_of, largest};
 use crate::boundary::Tank;
-use crate::context::{Context, Motion};
+use crate::context::Context;
 use crate::ghosts::Ghosts;
 use crate::neighbours::ROWS;
-use crate::particles::{Kind, Particles};
+use crate::particles::Particles;
 use crate::reductions::{set_column, sum_of};
-use crate::weight::{Calibration, Weight};
-
-/// Sum of weights over n0 above which a grain is fully wet.
-const WET: Real = 0.5;
-
-/// Columns of the fluid that grains interpolate, ghosts included.
-struct Fluid<'a, U> {
-    kind: &'a [Kind],
-    position: &'a [Vector],
-    inverse_void: &'a [Real],
-    /// What is interpolated, by particle: the velocity [m/s] or a part of the acceleration [m/s^2].
-    of_motion: U,
-}
-
-impl<U: Fn(usize) -> Vector + Sync> Fluid<'_, U> {
-    /// Sorts the fluid particles into bins, in their present order.
-    fn put_into(&self, binned: &mut Binned<7>, domain: &Domain, radius: Real) {
-        binned.fill(
-            domain,
-            radius,
-            self.position.len(),
-            |a| (self.kind[a] == Kind::Fluid).then_some(self.position[a]),
-            |a, b| a.cmp(&b),
-            |a| {
-                let (x, u) = (self.position[a], (self.of_motion)(a));
-                [x.x, x.y, x.z, self.inverse_void[a], u.x, u.y, u.z]
-            },
-        );
-    }
-}
 
 /// Drag on the own grains in the contact sub-steps of a step.
 struct FluidDrag<'a, L> {
@@ -63,7 +33,7 @@ impl<L: DragLaw> Drag for FluidDrag<'_, L> {
         if around.wetness == 0.0 {
             return 0.0;
         }
-        around.wetness * self.law.coefficient(self.diameter[own], around.void_fraction, slip)
+        around.wetness * around.drag_factor * self.law.coefficient(self.diameter[own], around.void_fraction, slip)
     }
 
     fn inverse_fluid_mass(&self, own: usize) -> Real {
@@ -116,7 +86,7 @@ impl ForDragLaw for DragRate<'_> {
             let around = &around[g];
             let slip = (around.velocity - grains.velocity[g]).length();
             let d = diameter[g];
-            let kappa = around.wetness * law.coefficient(d, around.void_fraction, slip);
+            let kappa = around.wetness * around.drag_factor * law.coefficient(d, around.void_fraction, slip);
             relaxation_rate(kappa, density, d, grains.mass[g], around.void_fraction)
         };
         largest(domain, around.len(), rate)
@@ -128,29 +98,24 @@ impl ForDragLaw for DragRate<'_> {
 pub(super) struct NearFluid {
     /// Density of the fluid [kg/m^3].
     density: Real,
-    particle_mass: Real,
-    /// Sum of weights above which a grain is fully wet.
-    whole: Real,
+    /// Most of the smoothing function [1/m^3].
+    most: Real,
 }
 
 impl NearFluid {
     /// One over the mass of the fluid that yields to a grain of diameter `d` \[m] at void fraction `eps` with this sum of weights [1/kg].
-    pub fn inverse_mass(&self, d: Real, eps: Real, support: Real) -> Real {
-        // The fluid between grains, less where a grain stands out of it: beside a wall each grain has half the fluid,
+    pub fn inverse_mass(&self, d: Real, eps: Real, share: Real) -> Real {
+        // The fluid between grains, less where a grain stands out of it: at a surface each grain has half the fluid,
         // and each fluid particle half the grains. A grain alone moves at most the particles it reads.
-        let between = yielding(self.density, d, eps) * (self.whole / support).max(1.0);
-        between.max(1.0 / (support * self.particle_mass))
+        let between = yielding(self.density, d, eps) * (0.5 / share).max(1.0);
+        between.max(self.most / (share * self.density))
     }
 }
 
 impl GrainPhase {
     /// What the fluid that yields to a grain is known by.
-    pub(super) fn near_fluid(&self, step: &Context<'_>) -> NearFluid {
-        let Context { kernel, settings, .. } = *step;
-        let reach = Weight { radius: self.coupling.reach * kernel.weight.radius };
-        let full = Calibration::new(&reach, settings.fluid.spacing).number_density;
-        let (density, particle_mass) = (self.coupling.drag.density, step.particle_mass());
-        NearFluid { density, particle_mass, whole: WET * full }
+    pub(super) fn near_fluid(&self) -> NearFluid {
+        NearFluid { density: self.coupling.drag.density, most: self.sources.smoothing().1 }
     }
 
     /// Interpolates the fluid at each own grain: its velocity at the start of the step or, for an implicit exchange, the
@@ -167,46 +132,27 @@ impl GrainPhase {
         if !self.is_active() {
             return;
         }
-        let Context { domain, kernel, dt, .. } = *step;
-        self.begin_pressing(step, particles, inverse_void, ghosts);
-        let Particles { kind, position, velocity, gradient, .. } = &*particles;
-        let density = self.coupling.drag.density;
-        let yields = if predicted.is_some() { -dt / density } else { 0.0 };
-        let velocity = predicted.unwrap_or(velocity);
-        let of_motion = |a: usize| velocity[a] + yields * gradient[a];
-        let fluid = Fluid { kind, position, inverse_void, of_motion };
-        let near = self.near_fluid(step);
-        let Self { engine, coupling, sources, around, diameter, fluid: binned, gates, .. } = self;
-        let (engine, gates) = (&*engine, &gates[..]);
-        let grains = engine.grains();
-        set_column(diameter, grains.owned(), |g| diameter_of(engine, g));
-        fluid.put_into(binned, domain, coupling.reach * kernel.weight.radius);
-        let (binned, sources, diameter, least) = (&*binned, &*sources, &diameter[..], coupling.least_void);
-        let with_added_mass = coupling.added_mass.is_some();
-        set_column(around, grains.owned(), |g| {
-            let x = grains.position[g];
-            let [support, u, v, w] = binned.sum_beside(gates, x, |pair, fluid: &[Lanes; 7]| {
-                let [_, _, _, inverse_void, u, v, w] = fluid;
-                let weight = lanes(|l| pair.weight[l] * inverse_void[l]);
-                let mean = |field: &Lanes| lanes(|l| weight[l] * field[l]);
-                [weight, mean(u), mean(v), mean(w)]
-            });
-            let mut sum = FluidAtGrain { support, ..FluidAtGrain::default() };
-            if support > 0.0 {
-                sum.velocity = Vector::new(u, v, w) / support;
-                sum.wetness = (support / near.whole).min(1.0);
+        ghosts.refresh(step.domain, &mut particles.gradient);
+        let mut felt = std::mem::take(&mut self.felt);
+        let yields = if predicted.is_some() { -step.dt / self.coupling.drag.density } else { 0.0 };
+        let velocity = predicted.unwrap_or(&particles.velocity);
+        set_column(&mut felt, particles.len(), |a| velocity[a] + yields * particles.gradient[a]);
+        self.begin_reading(step, particles, inverse_void, |a| felt[a], ghosts);
+        self.felt = felt;
+        let Self { engine, diameter, .. } = self;
+        let (engine, owned) = (&*engine, engine.grains().owned());
+        set_column(diameter, owned, |g| diameter_of(engine, g));
+        let (implicit, with_added_mass) = (predicted.is_some(), self.coupling.added_mass.is_some());
+        let (mut around, near) = (std::mem::take(&mut self.around), self.near_fluid());
+        set_column(&mut around, owned, |g| {
+            let mut felt = self.feel(tank, g, self.diameter[g]);
+            if felt.share > 0.0 {
+                let inverse_mass = near.inverse_mass(self.diameter[g], felt.void_fraction, felt.share);
+                felt.inverse_fluid_mass = if implicit { inverse_mass } else { 0.0 };
+                felt.inverse_moved_mass = if with_added_mass { inverse_mass } else { 0.0 };
             }
-            let solid = sources.fraction(x);
-            sum.void_fraction = (1.0 - sources.around(solid, diameter[g])).clamp(least, 1.0);
-            if support > 0.0 {
-                let inverse_mass = near.inverse_mass(diameter[g], sum.void_fraction, support);
-                sum.inverse_fluid_mass = if predicted.is_some() { inverse_mass } else { 0.0 };
-                sum.inverse_moved_mass = if with_added_mass { inverse_mass } else { 0.0 };
-            }
-            sum
+            felt
         });
-        let (mut around, grains) = (std::mem::take(&mut self.around), self.engine.grains());
-        for_each_grain(&mut around, |g, around| around.pressing = self.pressing_at(tank, grains.position[g]));
         self.around = around;
         if self.coupling.lift != Lift::None {
             self.set_lift();
@@ -234,7 +180,7 @@ impl GrainPhase {
         set_column(around, grains.owned(), |g| {
             let solid = sources.fraction(grains.position[g]);
             let void_fraction = (1.0 - sources.around(solid, diameter[g])).clamp(least, 1.0);
-            FluidAtGrain { wetness: 1.0, void_fraction, ..FluidAtGrain::default() }
+            FluidAtGrain { wetness: 1.0, void_fraction, drag_factor: 1.0, ..FluidAtGrain::default() }
         });
         self.first_drag_rate = Some(self.present_drag_rate(domain));
     }
@@ -268,16 +214,27 @@ impl GrainPhase {
         let body_force = step.forcing.body_force - by_volume;
         self.drag_rate = self.present_drag_rate(domain);
         self.first_drag_rate = None;
-        let Self { engine, coupling, around, diameter, force, places, .. } = self;
-        let density = coupling.drag.density;
+        let near = self.near_fluid();
+        let Self { engine, coupling, around, diameter, force, places, shared, .. } = self;
+        let (law, density) = (coupling.drag, coupling.drag.density);
         let (around, diameter, owned, still) = (&around[..], &diameter[..], around.len(), step.still_force());
         set_column(force, owned, |g| {
             -volume(diameter[g]) * (around[g].pressing + around[g].wetness * density * (still - by_volume))
         });
         set_column(places, owned, |g| engine.grains().unwrapped_position(g));
+        set_column(shared, owned, |g| [(around[g].velocity - engine.grains().velocity[g]).length(); GIVEN]);
         for_each_grain(&mut engine.attached_mut()[..owned], |g, kept| {
             set_vector(kept, PLACE, places[g]);
-            kept[SUPPORT] = around[g].support;
+            let mut resists = 0.0;
+            if around[g].share > 0.0 {
+                let kappa = law.coefficient(diameter[g], around[g].void_fraction, shared[g][0]);
+                let resistance = dt * around[g].wetness * around[g].drag_factor * kappa;
+                let inverse_mass = near.inverse_mass(diameter[g], around[g].void_fraction, around[g].share);
+                resists = resistance / (1.0 + resistance * inverse_mass);
+            }
+            set_vector(kept, FELT, around[g].velocity);
+            kept[WEIGHTS..WEIGHTS + 3].copy_from_slice(&[around[g].weights[0], around[g].weights[1], resists]);
+            kept[SHARE] = around[g].share;
             kept[WETNESS] = around[g].wetness;
             kept[VOID] = around[g].void_fraction;
             set_vector(kept, PRESSING, around[g].pressing);
@@ -287,7 +244,7 @@ impl GrainPhase {
         if has_more {
             self.add_further_forces(step);
         }
-        let Self { engine, coupling, around, diameter, force, places, added, .. } = self;
+        let Self { engine, coupling, around, diameter, force, added, .. } = self;
         let (around, diameter, added_mass) = (&around[..], &diameter[..], added.as_flattened());
         let substeps = coupling.substeps;
         let [without] = sum_of(owned, |g| [if around[g].without_vorticity { 1.0 } else { 0.0 }]);
@@ -313,46 +270,40 @@ impl GrainPhase {
         }));
         report.drag_on_grains = Vector::from_slice(&sum[..3]);
         report.pressure_on_grains = Vector::from_slice(&sum[3..]);
-        set_column(places, owned, |g| grains.drag_impulse[g]);
-        for_each_grain(&mut engine.attached_mut()[..owned], |g, kept| {
-            set_vector(kept, DRAG_FORCE, places[g] / dt);
-        });
         if has_more {
             self.report_further_forces(step, without, report);
         }
         Ok(contacts)
     }
 
-    /// Corrects the pressure force of the step from the pressure of the step before to the new one, and settles the added mass. The
-    /// fluid was `new` places and had the velocities `unpressed` without the pressure of the step [m/s]. Adds the impulses to the
-    /// report.
+    /// Corrects the pressure force of the step from the pressure of the step before to the new one, and settles the added mass. Without
+    /// the pressure of the step the fluid had the velocities `unpressed` [m/s]. Adds the impulses to the report.
     pub(crate) fn correct_pressure_force(
         &mut self,
         step: &Context<'_>,
         tank: &Tank,
         (particles, ghosts): (&mut Particles, &mut Ghosts),
-        (new, unpressed): (&Motion, impl Fn(usize) -> Vector + Sync),
+        unpressed: impl Fn(usize) -> Vector + Sync,
         inverse_void: &[Real],
         report: &mut CouplingReport,
     ) {
         if !self.is_active() {
             return;
         }
-        let Context { domain, kernel, dt, .. } = *step;
-        self.press_anew(step, particles, ghosts);
-        if self.coupling.added_mass.is_some() {
-            let (kind, velocity, by_body) = (&particles.kind[..], &particles.velocity[..], step.explicit_force());
-            let of_motion = |a: usize| (unpressed(a) - velocity[a]) / dt - by_body;
-            let fluid = Fluid { kind, position: &new.position, inverse_void, of_motion };
-            fluid.put_into(&mut self.fluid, domain, self.coupling.reach * kernel.weight.radius);
-        }
+        let Context { domain, dt, .. } = *step;
+        ghosts.refresh(domain, &mut particles.gradient);
+        let (with_added_mass, by_body) = (self.coupling.added_mass.is_some(), step.explicit_force());
+        let velocity = &particles.velocity[..];
+        let of_motion =
+            |a: usize| if with_added_mass { (unpressed(a) - velocity[a]) / dt - by_body } else { Vector::ZERO };
+        self.read_anew(step, particles, inverse_void, of_motion);
+        self.read_at_start(tank);
         let mut force = std::mem::take(&mut self.force);
         let (engine, grains) = (&self.engine, self.engine.grains());
         let owned = grains.owned();
         set_column(&mut force, owned, |g| {
             let kept = &grains.attached[g];
-            let begun = engine.image_position(vector(kept, PLACE), grains.image(g));
-            -volume(diameter_of(engine, g)) * (self.pressing_at(tank, begun) - vector(kept, PRESSING))
+            -volume(diameter_of(engine, g)) * (self.readings[g].gradient - vector(kept, PRESSING))
         });
         self.force = force;
         let Self { engine, force, .. } = self;

@@ -11,7 +11,7 @@ mod exchange;
 mod kept;
 mod lift;
 mod loads;
-mod pressing;
+mod reading;
 mod report;
 mod sources;
 
@@ -22,6 +22,8 @@ use sazanami_parallel::for_each_chunk;
 
 pub use added_mass::{AddedMass, AddedMassForm};
 use binned::Binned;
+use exchange::GIVEN;
+use reading::{READ, Reading};
 pub use drag::{DragExchange, DragForm, DragLaw, DragParameters, Forchheimer, volume};
 use kept::{ADDED_MASS_FORCE, DRAG_FORCE, LIFT_FORCE, PRESSURE_FORCE, VOID, WETNESS, vector};
 pub use lift::{Lift, lift_force};
@@ -43,10 +45,8 @@ use crate::reductions;
 pub struct Coupling {
     /// Drag law of the grains.
     pub drag: DragParameters,
-    /// Smoothing radius R_eps of the void fraction \[m].
+    /// Smoothing radius R_eps of the void fraction, within which a grain reads the fluid and gives the drag back \[m].
     pub smoothing: Real,
-    /// Radius R_c within which a grain reads the fluid and gives the drag back, over that of influence, at most 1.
-    pub reach: Real,
     /// Lower bound of the void fraction.
     pub least_void: Real,
     /// Velocity of the fluid that the drag of a step is taken with.
@@ -85,8 +85,12 @@ pub(crate) struct FluidAtGrain {
     lift: Vector,
     /// Whether too few particles are around for a vorticity.
     without_vorticity: bool,
-    /// Sum of the weights of the fluid particles.
-    support: Real,
+    /// Sum of the weights of the fluid particles: 1 in water all round.
+    share: Real,
+    /// Drag coefficient by the void fractions at the particles over that by the one at the grain.
+    drag_factor: Real,
+    /// Weight of a particle over that of its bulk: the first, and the second times the cube of its solid fraction.
+    weights: [Real; 2],
 }
 
 /// The grains of one rank and their coupling to the fluid.
@@ -107,16 +111,20 @@ pub struct GrainPhase {
     force: Vec<Vector>,
     /// Added mass of each grain and ghost, empty without \[kg].
     added: Vec<[Real; 1]>,
-    shared: Vec<[Real; 6]>,
+    shared: Vec<[Real; GIVEN]>,
     places: Vec<Vector>,
-    /// Fluid in bins: positions, `1/eps`, velocities.
-    fluid: Binned<7>,
+    /// Fluid in bins at the start of the step.
+    fluid: Binned<READ>,
     /// Bulk volume of each particle and ghost times the scale of the smoothing function.
     bulk: Vec<Real>,
-    /// Fluid in bins at the start of the step: positions, bulk volumes times pressure gradients.
-    pressing: Binned<6>,
-    /// Grains in bins: positions at the start of the step, drag impulse over the sum of weights.
-    impulses: Binned<6>,
+    /// Velocity of each own particle that grains feel [m/s].
+    felt: Vec<Vector>,
+    readings: Vec<Reading>,
+    /// Grains and their images that give back to the fluid.
+    givers: Vec<[Real; GIVEN]>,
+    giver_ids: Vec<u64>,
+    /// The same in bins.
+    impulses: Binned<GIVEN>,
     /// Gates where they are in the step.
     gates: Vec<Gate>,
     /// Whether there are grains on any rank.
@@ -147,7 +155,6 @@ impl GrainPhase {
         let coupling = Coupling {
             drag: DragParameters::recommended(1.0, 0.0),
             smoothing: 1.0,
-            reach: 1.0,
             least_void: 1.0,
             exchange: DragExchange::Lagged,
             added_mass: AddedMass::NONE,
@@ -184,7 +191,10 @@ impl GrainPhase {
             places: Vec::new(),
             fluid: Binned::default(),
             bulk: Vec::new(),
-            pressing: Binned::default(),
+            felt: Vec::new(),
+            readings: Vec::new(),
+            givers: Vec::new(),
+            giver_ids: Vec::new(),
             impulses: Binned::default(),
             gates: Vec::new(),
             any,

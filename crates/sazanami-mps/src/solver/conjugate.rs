@@ -136,7 +136,7 @@ impl<'a> ConjugateStep<'a> {
     fn return_drag_to_fluid(&mut self) {
         let Self { context: step, tank, particles, near, grains, columns, report, .. } = self;
         let mut drag = std::mem::take(&mut columns.drag);
-        report.coupling.drag_on_fluid = grains.return_drag(step, particles, &columns.voids.start.inverse, &mut drag);
+        report.coupling.drag_on_fluid = grains.return_drag(step, tank, particles, &columns.voids.start.inverse, &mut drag);
         columns.predict(step, particles, Some(&drag), near);
         columns.drag = drag;
         let then = columns.take_predicted_velocities(step, tank, particles, grains);
@@ -165,8 +165,8 @@ impl<'a> ConjugateStep<'a> {
         let Self { context: step, tank, particles, near, grains, columns, report, .. } = self;
         columns.new.refresh(step.domain, &mut near.ghosts);
         let (inverse_void, water) = (&columns.voids.start.inverse, (&mut **particles, &mut near.ghosts));
-        let motion = (&columns.new, |a: usize| columns.velocity_without_pressure(step, a));
-        grains.correct_pressure_force(step, tank, water, motion, inverse_void, &mut report.coupling);
+        let unpressed = |a: usize| columns.velocity_without_pressure(step, a);
+        grains.correct_pressure_force(step, tank, water, unpressed, inverse_void, &mut report.coupling);
     }
 
     /// 10. Particles towards an even arrangement.

@@ -74,7 +74,7 @@ impl Phases<'_> {
     /// Reaction of the drag on the fluid; returns its impulse [N s].
     pub fn return_drag(&mut self, step: &Context<'_>) -> Vector {
         let PublishedColumns { voids, drag, .. } = &mut *self.columns;
-        self.grains.return_drag(step, self.particles, &voids.inverse, drag)
+        self.grains.return_drag(step, self.tank, self.particles, &voids.inverse, drag)
     }
 
     /// Velocities and positions without the pressure, lists that hold them, walls in their new place.
@@ -150,10 +150,10 @@ impl Phases<'_> {
     /// Force of the new pressure on the grains, and their added mass.
     pub fn correct_grains(&mut self, step: &Context<'_>, report: &mut StepReport) {
         let Self { tank, particles, near, grains, columns, .. } = self;
-        let PublishedColumns { new, predicted, voids, .. } = &**columns;
-        let motion = (new, |a: usize| predicted.velocity[a]);
+        let PublishedColumns { predicted, voids, .. } = &**columns;
+        let unpressed = |a: usize| predicted.velocity[a];
         let water = (&mut **particles, &mut near.ghosts);
-        grains.correct_pressure_force(step, tank, water, motion, &voids.inverse, &mut report.coupling);
+        grains.correct_pressure_force(step, tank, water, unpressed, &voids.inverse, &mut report.coupling);
     }
 
     /// The new state, clipped to the box and checked.

@@ -85,34 +85,32 @@ fn a_mean_pressure_gradient_bears_the_weight_of_water_and_grains() {
     }
 }
 
+/// Drag impulse along x in a step on a grain that is held, of water that moves along x farther than `still` spacings from it alone [N s].
+fn dragged_from_afar(scheme: Scheme, smoothing: Real, still: Real) -> Real {
+    let centre = SPACING * Vector::splat(7.0);
+    let mut case = Case::filled([14, 14, 20], [14, 14, 16], [PERIODIC, PERIODIC, OPEN_TOP]);
+    (case.scheme, case.smoothing) = (scheme, smoothing);
+    case.grains = vec![Grain { motion: Motion::Fixed, ..Grain::new(0, 2650.0, centre) }];
+    let mut solver = case.solo();
+    let is_near = |x: Vector| (x - centre).length() < still * SPACING;
+    solver.set_velocities(|p, a| if is_near(p.position[a]) { Vector::ZERO } else { 0.1 * Vector::X });
+    let report = solver.step(1e-5, &under(Vector::ZERO), |_| ()).unwrap().coupling;
+    assert!((report.drag_on_grains + report.drag_on_fluid).length() <= 1e-12 * report.drag_on_grains.length());
+    report.drag_on_grains.x
+}
+
 #[test]
 fn a_grain_reads_the_fluid_within_its_reach_alone() {
-    let centre = SPACING * Vector::splat(7.0);
-    let grain = Grain { motion: Motion::Fixed, ..Grain::new(0, 2650.0, centre) };
-    let mut case = Case::filled([14, 14, 20], [14, 14, 16], [PERIODIC, PERIODIC, OPEN_TOP]);
-    case.grains = vec![grain];
-    // Drag on the grain in a step, of fluid that moves along x farther than `still` spacings from it.
-    let mut drag = |scheme: Scheme, reach: Real, still: Real| {
-        (case.scheme, case.reach) = (scheme, reach);
-        let mut solver = case.solo();
-        solver.set_velocities(|p, a| {
-            if (p.position[a] - centre).length() < still * SPACING { Vector::ZERO } else { 0.1 * Vector::X }
-        });
-        let report = solver.step(1e-5, &under(Vector::ZERO), |_| ()).unwrap().coupling;
-        assert!((report.drag_on_grains + report.drag_on_fluid).length() <= 1e-12 * report.drag_on_grains.length());
-        report.drag_on_grains.x
-    };
-    for (scheme, reach) in [(Scheme::published(), 0.7), (Scheme::default(), 0.82)] {
-        let edge = reach * scheme.radius;
+    for scheme in [Scheme::published(), Scheme::default()] {
         // All of the fluid moves: a mean is the same over any of it.
-        let [near, far] = [reach, 1.0].map(|reach| drag(scheme, reach, 0.0));
+        let [near, far] = [2.5, 3.5].map(|reach| dragged_from_afar(scheme, reach, 0.0));
         assert!(far > 0.0 && (near / far - 1.0).abs() < 1e-9, "{near:e} {far:e}");
         // What moves is beyond the reach.
-        let beyond = drag(scheme, reach, edge);
+        let beyond = dragged_from_afar(scheme, 2.5, 2.5);
         assert!(beyond.abs() < 1e-12 * far, "{beyond:e} {far:e}");
-        // Negative controls: a reach that is not shortened sees it, and a shorter one what is just within.
-        assert!(drag(scheme, 1.0, edge) > 1e-3 * far);
-        assert!(drag(scheme, reach, 0.7 * edge) > 1e-2 * far);
+        // Negative controls: a longer reach sees it, and a shorter one what is just within.
+        assert!(dragged_from_afar(scheme, 3.5, 2.5) > 1e-3 * far);
+        assert!(dragged_from_afar(scheme, 2.5, 1.5) > 1e-2 * far);
     }
 }
 

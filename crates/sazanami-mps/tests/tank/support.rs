@@ -37,8 +37,8 @@ pub struct Case {
     pub exchange: DragExchange,
     pub added_mass: AddedMass,
     pub lift: Lift,
-    /// Radius within which grains read the fluid, over the radius of influence.
-    pub reach: Real,
+    /// Radius within which grains read the fluid, in spacings.
+    pub smoothing: Real,
     /// Lower bound of the void fraction.
     pub least_void: Real,
     pub gates: Vec<Gate>,
@@ -60,7 +60,7 @@ impl Case {
             exchange: DragExchange::Lagged,
             added_mass: AddedMass::NONE,
             lift: Lift::None,
-            reach: 1.0,
+            smoothing: 3.0,
             least_void: 0.3,
             gates: Vec::new(),
         }
@@ -114,8 +114,7 @@ impl Case {
     pub fn coupling(&self) -> Coupling {
         Coupling {
             drag: DragParameters::recommended(1000.0, 1000.0 * self.viscosity),
-            smoothing: 3.0 * SPACING,
-            reach: self.reach,
+            smoothing: self.smoothing * SPACING,
             least_void: self.least_void,
             exchange: self.exchange,
             added_mass: self.added_mass,

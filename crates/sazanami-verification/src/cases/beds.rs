@@ -1,8 +1,7 @@
 //! Beds of grains: how they pack, and what a crater in them measures.
 
 use sazanami_dem::{
-    Body, ContactStart, Damping, Grain, Interactions, LinearSpringDashpot, Packing, PackingSettings, Random, Stage,
-    lying_order,
+    Body, Damping, Grain, Interactions, LinearSpringDashpot, Packing, PackingSettings, Random, Stage, lying_order,
 };
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::{ContactSphereRule, Shape, SpheroidMesh, VolumeRule};
@@ -124,9 +123,8 @@ pub(crate) fn paper_bed() -> Result<Vec<Measured>, String> {
     let shell = ContactSphereRule::Shell { count: 75, radius: Some(0.075e-3) };
     let shape = grain(&shell, VolumeRule::Inscribed)?;
     let width = 33.8e-3;
-    // As `cases/raindrop/bed.toml`, whose bed is shipped.
-    let law = LinearSpringDashpot { contact_start: ContactStart::SubStep, ..LinearSpringDashpot::SAND };
-    let packed = pack(&shape, law, 30_900, width, |settings| settings)?;
+    // As `cases/raindrop/bed.toml`.
+    let packed = pack(&shape, LinearSpringDashpot::SAND, 30_900, width, |settings| settings)?;
     let (porosity, height) = view(&shape, &packed.grains, |bed| {
         let height = height_near(bed, [0.5 * width; 2], 1e-3).unwrap_or(0.0);
         (porosity_of_grains(bed, 0.0..5e-3, width * width), height)

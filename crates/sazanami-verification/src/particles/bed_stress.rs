@@ -29,7 +29,7 @@ pub struct BedStress {
     pub shields: Real,
     /// The same of a film of this mean velocity over a smooth floor, `3 nu U/h`.
     pub of_film: Real,
-    /// Mean velocity of the water one to one and a half diameters below the top of the bed, over the friction velocity.
+    /// Mean velocity of the water one to two and a half diameters below the top of the bed, over the friction velocity.
     pub pore: Real,
 }
 
@@ -76,7 +76,7 @@ pub fn bed_stress(scheme: Scheme, spacing: Real) -> Result<BedStress, Experiment
         stress += dt * report.mean_flow.expect("a mean velocity is held").stress.x;
         let [sum, count] = solver.sum_over_fluid(|p, a| {
             let deep = (level - p.position[a].z) / d;
-            if (1.0..1.5).contains(&deep) { [p.velocity[a].x, 1.0] } else { [0.0; 2] }
+            if (1.0..2.5).contains(&deep) { [p.velocity[a].x, 1.0] } else { [0.0; 2] }
         });
         below = [below[0] + dt * sum, below[1] + dt * count];
     })?;

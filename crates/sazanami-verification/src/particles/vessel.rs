@@ -157,7 +157,6 @@ impl Vessel {
         let coupling = Coupling {
             drag: DragParameters::recommended(DENSITY, DENSITY * self.viscosity),
             smoothing: 3.0 * self.diameter,
-            reach: 1.0,
             least_void: 0.3,
             exchange: DragExchange::Lagged,
             added_mass: AddedMass::NONE,

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use sazanami_dem::{
-    Body, Film, Grain, Interactions, Lattice, LinearSpringDashpot, Motion, PackingSettings, Random, Setup, Substeps,
-    TILT, Wall,
+    Body, Film, Grain, Interactions, Lattice, LinearSpringDashpot, Motion, PackingSettings, Random, Setup, Softness,
+    Substeps, TILT, Wall,
 };
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::{Quaternion, Real, Vector};
@@ -254,12 +254,22 @@ pub(crate) struct Fall<'c> {
     pub how: &'c Packing,
     /// Time in which those of the uppermost layer fall onto the bed \[s].
     pub time: Real,
-    /// Stiffness of contacts over their own down to which overlaps stay small meanwhile.
-    pub softest: Real,
+    /// Time in which coarse grains of unlike sizes sink with the bed, no faster than the finest bear \[s].
+    pub sinking: Real,
+    /// Time in which velocities fall to 1/e afterwards \[s].
+    pub slowing: Real,
+    /// How soft springs may be.
+    pub softness: Softness,
 }
 
 /// Grains of a population whose sizes are drawn to foresee its lattice.
 const DRAWN: usize = 100_000;
+
+/// Sum of the cubes of the size factors of `count` grains of a population, of very many foreseen from some.
+pub(crate) fn drawn_cubes(population: &Population, count: usize) -> Real {
+    let drawn = factors(population, count.min(DRAWN));
+    count as Real / drawn.len().max(1) as Real * drawn.iter().map(|factor| factor.powi(3)).sum::<Real>()
+}
 
 /// Radius of the smallest contact sphere of a body \[m].
 pub(crate) fn smallest_sphere(body: &Body) -> Real {
@@ -274,8 +284,8 @@ pub(crate) fn fall(case: &Case, kind: impl Fn(usize) -> Option<Kind>) -> Option<
     });
     let how = packed.clone().next()?.2;
     let (settings, extent) = (packing_settings(case, how), case.domain.extent());
-    let (mut solid, mut mass) = (0.0, 0.0);
-    let (mut sizes, mut largest) = (Vec::new(), Vec::new());
+    let (mut solid, mut thickness, mut number_of_all) = (0.0, 0.0, 0.0);
+    let (mut sizes, mut kinds) = (Vec::new(), Vec::new());
     let mut most: Real = 0.0;
     for (number, population, _) in packed {
         let Kind { count, thick, long, volume, sphere } = kind(number)?;
@@ -289,20 +299,24 @@ pub(crate) fn fall(case: &Case, kind: impl Fn(usize) -> Option<Kind>) -> Option<
         let volumes = share * volume * factors.iter().map(|factor| factor.powi(3)).sum::<Real>();
         let density = case.material(&population.material).map_or(0.0, |material| material.density);
         let density = population.mass_override.map_or(density, |mass| mass / volume);
-        (solid, mass) = (solid + volumes, mass + density * volumes);
-        for factor in
-            factors.iter().copied().reduce(Real::min).into_iter().chain(factors.iter().copied().reduce(Real::max))
-        {
-            largest.push([density * volume * factor.powi(3), 0.5 * factor * long, factor * sphere]);
-        }
+        solid += volumes;
+        thickness += share * thick * factors.iter().sum::<Real>();
+        number_of_all += count as Real;
+        kinds.extend(factors.iter().map(|factor| sazanami_dem::Kind {
+            mass: density * volume * factor.powi(3),
+            reach: 0.5 * factor * long,
+            sphere: factor * sphere,
+            count: share,
+        }));
         sizes.extend(factors.iter().map(|factor| [factor * long, factor * layer]));
     }
     let lattice = most.max(1.0) * settings.lattice_height(&sizes)?;
     let drop = (lattice - solid / (PACKED * extent.x * extent.y)).max(0.0);
-    let needed = settings.least_stiffness(drop, mass, largest.iter().copied());
-    let reach = largest.iter().map(|[_, reach, _]| *reach).fold(0.0, Real::max);
-    let softest = needed / interactions(case).least_stiffness(reach);
-    Some(Fall { how, time: (2.0 * drop / (how.fall_gravity * case.gravity.length())).sqrt(), softest })
+    let softness = Softness::of(&settings, &kinds);
+    let slowing = settings.slowing_time(thickness / number_of_all.max(1.0));
+    let time = (2.0 * drop / (how.fall_gravity * case.gravity.length())).sqrt();
+    let sinking = drop / softness.slowest(&interactions(case));
+    Some(Fall { how, time, sinking, slowing, softness })
 }
 
 /// Settings of the packing of a case.
@@ -322,7 +336,6 @@ pub(crate) fn packing_settings(case: &Case, how: &Packing) -> PackingSettings {
         rest_speed: how.mean_speed,
         rest_energy: how.energy_ratio,
         fall_friction: how.friction_scale,
-        stiffness_scale: how.stiffness_scale,
         longest: how.time_limit,
         substeps: Substeps::Auto,
         ..PackingSettings::new(case.domain.lower, case.domain.upper)

@@ -71,7 +71,6 @@ pub(crate) fn coupling(case: &Case) -> Coupling {
             ..DragParameters::recommended(liquid.density, liquid.viscosity)
         },
         smoothing: overlap.smoothing,
-        reach: overlap.reach,
         least_void: overlap.least_void,
         exchange: overlap.exchange,
         added_mass: AddedMass { form: overlap.added_mass, coefficient: overlap.added_mass_coefficient },

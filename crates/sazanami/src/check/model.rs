@@ -20,7 +20,7 @@ pub struct CostModel {
     pub substep_sphere: Real,
     /// Share of further threads that turns into speed.
     pub parallel_share: Real,
-    /// Time to rest of a bed over that in which gravity would stop its fall.
+    /// Time to rest of a bed after the fall over that in which velocities fall to 1/e.
     pub packing_rest: Real,
     /// Memory [bytes per cell].
     pub memory_cell: Real,
@@ -54,7 +54,7 @@ impl Default for CostModel {
             substep_grain: 1.95e-7,
             substep_sphere: 2e-10,
             parallel_share: 0.85,
-            packing_rest: 0.65,
+            packing_rest: 4.0,
             memory_cell: 320.0,
             memory_grain: 2.0e3,
             memory_sphere: 16.0,

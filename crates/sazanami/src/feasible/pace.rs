@@ -41,14 +41,7 @@ impl Search<'_> {
         }
         let populations = population_reports(case, facts);
         self.accuracy(&populations);
-        if let Some(fall) = fall_of(case, &populations).filter(|fall| fall.how.stiffness_scale < fall.softest.min(1.0))
-        {
-            let span = self.loaded.places.near("grains.0.placement.packed.stiffness_scale");
-            self.report
-                .warning(span, "these springs are soft for the fall of the grains")
-                .label("they would overlap by more than a fifth of a contact sphere's radius")
-                .help(format!("write `stiffness_scale = {}` or more", rounded(fall.softest.min(1.0))));
-        }
+        self.crushing(&populations);
         let pace = Pace::reached(case, &populations, tank.as_ref());
         if !case.run.packing_only {
             self.fixed_step(&pace);
@@ -83,6 +76,19 @@ impl Search<'_> {
                 )
                 .label(format!("{asks} for {} sub-steps", number(substeps, 0)))
                 .help(help);
+        }
+    }
+
+    /// Refuses to pack fine grains under coarse ones that press them flat.
+    fn crushing(&mut self, populations: &[PopulationReport]) {
+        let Some(fall) = fall_of(self.case, populations) else { return };
+        let (needed, own) = (fall.softness.least(), fall.softness.least_of(&grains::interactions(self.case)));
+        if needed > own {
+            let span = self.loaded.places.near("contact.default.normal_stiffness");
+            self.report
+                .error_at(span, "the coarse grains of this bed press the fine ones flat")
+                .label(format!("{} N/m; the heaviest grain on three of the finest asks for {}", rounded(own), number(needed, 0)))
+                .help("take stiffer contacts, or cut the distribution of sizes: `size.lognormal = { sigma = 1.0, lower = 0.3, upper = 3.0 }`");
         }
     }
 

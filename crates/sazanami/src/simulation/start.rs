@@ -31,7 +31,7 @@ pub(super) fn packing(job: &Job, domain: &Domain) -> Result<Option<Packing>, Ran
     };
     let laws = grains::interactions(job.case);
     let packing = match &job.resumed {
-        Some(state) => Packing::restore(domain, settings, bodies, laws, PACKING, &state.snapshot)?,
+        Some(state) => Packing::restore(domain, settings, bodies, laws, &to_pack, PACKING, &state.snapshot)?,
         None => Packing::new(domain, settings, bodies, laws, to_pack)?,
     };
     Ok(Some(packing))

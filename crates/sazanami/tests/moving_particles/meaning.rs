@@ -122,8 +122,8 @@ fn wrong_tanks_are_refused_with_a_reason() {
         (vec!["particles.radius=1.9".into()], "has to lie between 2.1 and 3.6"),
         (vec!["particles.radius=3.7".into()], "has to lie between 2.1 and 3.6"),
         (vec!["particles.radius=2.5".into()], "is below 2.6, the least of `projection = \"conjugate\"`"),
-        (vec!["overlap.reach=0.8".into()], "is below 2.1 spacings"),
-        (vec!["overlap.reach=1.5".into()], "has to lie between 0.5 and 1"),
+        (vec!["overlap.smoothing=1.05 mm".into()], "is below 2.1 spacings"),
+        (vec!["overlap.reach=0.8".into()], "grains read the water within `overlap.smoothing`"),
         (vec!["boundary.x1=slip".into()], "walls of moving particles have one kind of friction"),
         (
             vec!["boundary.x1_lower={ inflow = { velocity = [\"1 m/s\",\"0 m/s\",\"0 m/s\"] } }".into()],
