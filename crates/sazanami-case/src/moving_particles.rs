@@ -176,7 +176,8 @@ fn check_reach(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
     let least = LEAST_REACH * particles.spacing;
     if !case.grains.is_empty() && case.overlap.smoothing < least * (1.0 - 1e-9) {
         let span = cx.places.near("overlap.smoothing");
-        let [most, _] = rounded_within(0.0, 1e3 * case.overlap.smoothing / LEAST_REACH);
+        let most = 1e3 * case.overlap.smoothing / LEAST_REACH;
+        let [_, most] = rounded_within(0.99 * most, most);
         cx.report
             .error_at(span, format!("`smoothing` is below {LEAST_REACH} spacings: grains would read too few particles"))
             .label(format!("{} spacings", rounded(case.overlap.smoothing / particles.spacing)))

@@ -172,7 +172,7 @@ fn cylinders_have_a_size_a_volume_and_contact_spheres() {
 
 #[test]
 fn parameters_of_another_drag_law_bring_a_warning() {
-    let water = "particles.spacing=1 mm";
+    let water = "particles.spacing=0.625 mm";
     let read = |changes: &[&str]| {
         let overrides: Vec<String> = changes.iter().chain(&[water]).map(|text| (*text).to_owned()).collect();
         sazanami_case::parse(Path::new("c.toml"), BASE, &overrides).expect("the case is complete")
@@ -230,8 +230,8 @@ fn copies_of_cases_are_cases_of_the_same_meaning() {
     same(&["fluid.initial_velocity={ taylor_green = { speed = \"1 m/s\" } }"]);
     same(&["fluid.initial_velocity={ uniform = { velocity = [\"1 m/s\", \"0 m/s\", \"0 m/s\"] } }"]);
     let flow = "fluid.carrying_flow={ deformation = { speed = \"1 m/s\", period = \"3 s\" } }";
-    same(&["solver=mps", "particles.spacing=1 mm", flow]);
-    same(&["overlap.drag=di_felice", "particles.spacing=1 mm"]);
+    same(&["solver=mps", "particles.spacing=0.625 mm", flow]);
+    same(&["overlap.drag=di_felice", "particles.spacing=0.625 mm"]);
 }
 
 #[test]

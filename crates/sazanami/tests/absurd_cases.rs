@@ -135,7 +135,7 @@ fn what_runs_and_does_not_serve_is_warned_of() {
             (RIPPLES, "particles.dt=1 s", "longer than the limits allow | `advective` allows"),
             (RIPPLES, "particles.dt=0.2 s", "too long for this oscillation"),
             (RAINDROP, "fluid={dt=\"1 ms\"}", "the fluid makes 34 passes in each"),
-            (RIPPLES, "overlap.smoothing=1.5 mm", "`smoothing` is short"),
+            (RIPPLES, "overlap.smoothing=2.4 mm", "`smoothing` is short"),
             (
                 RIPPLES,
                 "fluid.initial_velocity={taylor_green={speed=\"0.5 m/s\"}}",

@@ -39,7 +39,7 @@ impl Solver {
             watch(Phase::Coupling);
             pass.load();
         }
-        let Self { domain, boundary, flow, grains, room, .. } = self;
+        let Self { domain, boundary, flow, grains, room, projection, settings, .. } = self;
         report.impulses += grains.load(domain, room.as_mut(), gravity, dt);
         watch(Phase::Grains);
         report.contacts = grains.advance(domain, gravity, dt)?;
@@ -47,6 +47,8 @@ impl Solver {
         report.imprint = grains.imprint(domain);
         if let Some(room) = room.as_mut() {
             report.transport.settled += room.refit(domain, boundary, grains.moved(domain), flow);
+            // The pressure behind walls is that beside the liquid where it is now, as after a restart.
+            projection.fill_ghosts(domain, &flow.density, settings.gravity);
         }
         report.impulses += grains.exchange(domain, flow, room.as_mut(), gravity, dt);
         report.book_sides();
