@@ -27,7 +27,7 @@ dt_max = "50 us"
 [[liquid]]
 region.sphere = { diameter = "1.2 mm" }
 position = ["2 mm", "2 mm", "1.9 mm"]
-fall = { speed = "1.6 m/s" }
+fall = { speed = "1.2 m/s" }
 allow_touching_grains = true
 [material.sand]
 density = "2650 kg/m^3"
