@@ -58,7 +58,7 @@ struct CouplingState {
     /// The pose at which the grain was last imprinted, without wrapping at periodic sides; orientation zero: never.
     imprinted_at: [Real; 3],
     imprinted_turned: [Real; 4],
-    not_used: [Real; 8],
+    not_used: [Real; ATTACHED - 20],
 }
 
 impl CouplingState {
