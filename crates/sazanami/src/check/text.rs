@@ -314,6 +314,7 @@ fn cost(text: &mut String, case: &Case, report: &CheckReport) {
         );
     }
     if case.has_bed() {
-        let _ = writeln!(text, "note          heights above the bed are taken from the bed that the run packs or reads");
+        let _ =
+            writeln!(text, "note          heights above the bed are taken from the bed that the run packs or reads");
     }
 }
