@@ -9,12 +9,13 @@ choices! {
     /// Projection of the velocities to zero divergence.
     #[derive(Default)]
     pub enum ParticleProjection {
-        /// The pressure force is the negative transpose of the divergence: it keeps momentum and never adds kinetic energy;
-        /// pressure zero lies beyond the outermost particles by itself (`docs/decisions/0018-scheme-of-moving-particles.md`).
+        /// The pressure force is the negative transpose of the divergence: it keeps momentum and never adds kinetic energy. No
+        /// pressure is prescribed at a surface; it is zero beyond the outermost particles
+        /// (`docs/decisions/0018-scheme-of-moving-particles.md`).
         #[default]
         Conjugate = "conjugate",
-        /// The published MPS-HS-HL-ECS-GC-DS: a Laplacian with a source, pressure zero at the particles found at the surface, a
-        /// corrected gradient, dynamic stabilisation.
+        /// The published MPS-HS-HL-ECS-GC-DS, with `preset = "paper_literal"` alone: a Laplacian with a source, pressure zero at the
+        /// particles found at the surface, a corrected gradient, dynamic stabilisation.
         Enhanced = "enhanced",
     }
 }
