@@ -201,7 +201,7 @@ fn check_feeds(case: &Case, cx: &mut Context<'_>) {
                     "{} mm along x{}, they need {} mm",
                     rounded(1e3 * part[d]),
                     d + 1,
-                    rounded(1e3 * extent)
+                    rounded(1e3 * needed(d))
                 ))
                 .help("feed them through a larger part");
             continue;
