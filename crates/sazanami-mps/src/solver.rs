@@ -4,7 +4,7 @@ mod conjugate;
 mod phases;
 mod setup;
 
-use sazanami_dem::{DemError, Engine};
+use sazanami_dem::{DemError, Engine, Grain};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::mean_flow::MeanFlow;
 use sazanami_numerics::{Real, Vector};
@@ -146,6 +146,7 @@ impl Solver {
             ParticleProjection::Enhanced => self.step_enhanced(dt, forcing, watch),
         }?;
         self.largest_viscosity = report.largest_viscosity;
+        self.grains.engine_mut().take_departed(&self.domain)?;
         if let Some(mut flow) = self.mean_flow {
             let level = flow.above();
             let [count, x, y, z] = self.sum_over_fluid(|particles, a| {
@@ -289,6 +290,19 @@ impl Solver {
             self.grains.expect_drag(&self.domain, &self.tank);
         }
         Ok(count)
+    }
+
+    /// Feeds in grains, and lets those go whose identifier `which` takes; see [`Engine::feed`] and [`Engine::let_go_fed`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn feed(&mut self, fed: &[Grain], which: impl Fn(u64) -> bool + Sync) -> Result<(), DemError> {
+        self.grains.engine_mut().feed(&self.domain, fed)?;
+        let count = self.grains.engine_mut().let_go_fed(&self.domain, which)?;
+        if count > 0 {
+            self.grains.expect_drag(&self.domain, &self.tank);
+        }
+        Ok(())
     }
 
     /// Decomposition of the box and this rank's part of it.

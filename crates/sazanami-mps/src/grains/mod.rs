@@ -130,7 +130,7 @@ pub struct GrainPhase {
     impulses: Binned<GIVEN>,
     /// Gates where they are in the step.
     gates: Vec<Gate>,
-    /// Whether there are grains on any rank.
+    /// Whether there are, were or will be grains on any rank.
     any: bool,
     frozen: bool,
 }
@@ -174,7 +174,8 @@ impl GrainPhase {
     #[must_use]
     pub fn new(domain: &Domain, mut engine: Engine, coupling: Coupling) -> Self {
         engine.own_promptly();
-        let any = domain.max(if engine.grains().owned() > 0 { 1.0 } else { 0.0 }) > 0.0;
+        let there = engine.grains().owned() > 0 || engine.expects_arrivals() || engine.departures().grains > 0;
+        let any = domain.max(if there { 1.0 } else { 0.0 }) > 0.0;
         assert!(
             !any || engine.ghost_margin() > coupling.smoothing,
             "ghost margin of the grains exceeds the smoothing radius"
@@ -210,7 +211,7 @@ impl GrainPhase {
         self.frozen = frozen;
     }
 
-    /// Whether there are no grains on any rank.
+    /// Whether there are no grains on any rank, were none and will be none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         !self.any

@@ -7,7 +7,7 @@ use sazanami_numerics::Real;
 
 use super::{BedReport, CheckReport, ImpactReport, RanksReport, SubstepCause, TankReport, bytes, number};
 use crate::amounts::{self, length};
-use crate::case::meaning::{Case, GrainPlacement, SIDE_NAMES, Solver, Substeps};
+use crate::case::meaning::{Case, GrainPlacement, SIDE_NAMES, Substeps};
 use crate::case::units::rounded;
 use crate::progress::duration;
 
@@ -122,6 +122,7 @@ fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
             GrainPlacement::Bed(_) => "read from a bed",
             GrainPlacement::Lattice(_) => "on a lattice",
             GrainPlacement::List(_) => "put one by one",
+            GrainPlacement::Fed(_) => "at most, fed in one after another",
         };
         let left = population.levelled.map_or(String::new(), |left| format!(", about {left} stay below the level"));
         let _ = writeln!(text, "grains        {}: {count}, {how}{left}", population.name);
@@ -306,7 +307,7 @@ fn cost(text: &mut String, case: &Case, report: &CheckReport) {
         .filter(|&(d, upper)| case.boundary[d][upper].is_open() && !case.holds_grains(d, upper))
         .map(|(d, upper)| SIDE_NAMES[d][upper])
         .collect();
-    if !open.is_empty() && !case.grains.is_empty() && case.solver == Solver::Mics {
+    if !open.is_empty() && !case.grains.is_empty() && !case.walls_move() {
         let _ = writeln!(
             text,
             "note          grains leave through {}: they are counted (`departed_grains`)",
