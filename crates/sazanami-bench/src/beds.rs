@@ -123,7 +123,7 @@ impl Paper {
 pub(crate) fn settle(engine: &mut Engine, domain: &Domain, gravity: Vector, dt: Real) -> Result<Real, String> {
     for _ in 0..QUENCHES {
         engine.advance(domain, &Loads::none(), gravity, dt, Substeps::Fixed(1)).map_err(|error| error.to_string())?;
-        engine.limit_speeds(domain, |_| QUENCH_SPEED, QUENCHED);
+        engine.limit_speeds(domain, QUENCH_SPEED, QUENCHED);
     }
     let mut mean = Real::INFINITY;
     for _ in 0..LOOKS {

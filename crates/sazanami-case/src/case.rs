@@ -379,6 +379,12 @@ impl Case {
         self.grains.iter().any(|population| matches!(population.placement, GrainPlacement::Packed(_)))
     }
 
+    /// Whether grains are fed in during the run.
+    #[must_use]
+    pub fn feeds(&self) -> bool {
+        self.grains.iter().any(|population| matches!(population.placement, GrainPlacement::Fed(_)))
+    }
+
     /// Whether the grains form a bed: packed within the run or read from a file.
     #[must_use]
     pub fn has_bed(&self) -> bool {

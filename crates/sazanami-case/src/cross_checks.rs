@@ -37,6 +37,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     check_written_frame(case, cx);
     check_room(case, cx);
     check_floor(case, cx);
+    check_feeds(case, cx);
     surface_tension::check(case, cx);
     driven::check(case, cx);
     driven::check_fall(case, cx);
@@ -161,12 +162,75 @@ fn check_carrying_flow(case: &Case, cx: &mut Context<'_>) {
     }
 }
 
+/// Largest solid fraction of a stream of grains that are fed in.
+const DENSEST_FEED: Real = 0.2;
+
+/// Grains are fed in through sides that hold none back, no faster than there is room for them.
+fn check_feeds(case: &Case, cx: &mut Context<'_>) {
+    for (n, population) in case.grains.iter().enumerate() {
+        let GrainPlacement::Fed(feed) = &population.placement else { continue };
+        let place = |key: &str| format!("grains.{n}.placement.fed.{key}");
+        let [direction, upper] = feed.side.place();
+        let side = feed.side.text();
+        if case.holds_grains(direction, upper) || case.periodic()[direction] {
+            let span = cx.places.near(&place("side")).unwrap_or(0..0);
+            cx.report
+                .error(span, format!("grains cannot be fed in through {side}"))
+                .label("it is a wall for grains, or periodic")
+                .help(format!(
+                    "open it, `boundary.{side} = \"outflow\"` or an inflow, and leave it out of `dem.grain_walls`"
+                ));
+        }
+        if case.walls_move() {
+            let span = cx.places.near(&place("side")).unwrap_or(0..0);
+            cx.report
+                .error(span, "a tank that is moved is fed no grains")
+                .label("its sides are elsewhere when they come")
+                .help("leave out `frame`, or put the grains in at the start");
+        }
+        let extent = population.shape.extent().unwrap_or(0.0) * population.size.largest();
+        let part = feed.upper - feed.lower;
+        let [a, b] = [(direction + 1) % 3, (direction + 2) % 3];
+        // With the way that they go across while they are carried in.
+        let needed = |d: usize| extent * (1.0 + (feed.velocity[d] / feed.inward()).abs());
+        if let Some(d) = [a, b].into_iter().find(|&d| part[d] < needed(d) && !case.periodic()[d]) {
+            let span = cx.places.near(&place("upper")).unwrap_or(0..0);
+            cx.report
+                .error(span, format!("the grains are wider than the part of {side} through which they come"))
+                .label(format!(
+                    "{} mm along x{}, they need {} mm",
+                    rounded(1e3 * part[d]),
+                    d + 1,
+                    rounded(1e3 * needed(d))
+                ))
+                .help("feed them through a larger part");
+            continue;
+        }
+        let volume = population.shape.volume().unwrap_or(0.0) * population.size.mean_cube();
+        let solid = feed.rate * volume / (part[a] * part[b] * feed.inward());
+        if solid > DENSEST_FEED {
+            let span = cx.places.near(&place("rate")).unwrap_or(0..0);
+            cx.report
+                .error(span, format!("more grains are fed in than have room in {side}"))
+                .label(format!(
+                    "they fill {} of the stream that comes in at {} m/s",
+                    rounded(solid),
+                    rounded(feed.inward())
+                ))
+                .help(format!(
+                    "take {} Hz at most, or feed them in faster or through a larger part",
+                    rounded(feed.rate * DENSEST_FEED / solid)
+                ));
+        }
+    }
+}
+
 /// Grains that are packed, and beds that are free, lie on the lower side of x3; they are packed downwards.
 fn check_floor(case: &Case, cx: &mut Context<'_>) {
     let lies = |population: &&Population| match &population.placement {
         GrainPlacement::Packed(_) => true,
         GrainPlacement::Bed(_) => population.motion == Motion::Free,
-        GrainPlacement::Lattice(_) | GrainPlacement::List(_) => false,
+        GrainPlacement::Lattice(_) | GrainPlacement::List(_) | GrainPlacement::Fed(_) => false,
     };
     if let Some(population) = case.grains.iter().find(lies).filter(|_| !case.holds_grains(2, 0)) {
         let span = place_of_side(&cx.places, 2, 0);

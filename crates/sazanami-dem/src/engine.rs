@@ -30,7 +30,7 @@ use crate::motion::{MassProperties, Pose, turn_balls};
 use crate::selection::Selection;
 use crate::wall::Wall;
 use energy::EnergyBook;
-pub use leaving::Departures;
+pub use leaving::{Arrivals, Departures};
 use lists::FormerList;
 pub use report::ContactReport;
 use report::overlap_error;
@@ -91,6 +91,8 @@ pub struct Engine {
     /// Sides through which grains leave, by direction, lower and upper.
     leave_through: [[bool; 2]; 3],
     pub(crate) departures: Departures,
+    pub(crate) arrivals: Arrivals,
+    arrivals_expected: bool,
     time_step: Real,
     book: EnergyBook,
 }
@@ -160,6 +162,8 @@ impl Engine {
             owned_promptly: false,
             leave_through: [[false; 2]; 3],
             departures: Departures::none(bodies),
+            arrivals: Arrivals::none(bodies),
+            arrivals_expected: false,
             time_step: Real::INFINITY,
             book: EnergyBook::default(),
         };

@@ -38,7 +38,9 @@ mod wrench;
 
 pub use body::Body;
 pub use contact::public::*;
-pub use engine::{ContactReport, Departures, Drag, Engine, LARGEST_OVERLAP, Loads, Setup, Substeps, Vicinity};
+pub use engine::{
+    Arrivals, ContactReport, Departures, Drag, Engine, LARGEST_OVERLAP, Loads, Setup, Substeps, Vicinity,
+};
 pub use error::DemError;
 pub use face::{Bumps, Face};
 pub use film::Film;

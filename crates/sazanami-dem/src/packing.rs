@@ -8,10 +8,12 @@
 //! present speeds ([`Softness`]): sub-steps are so much longer. Once gravity has its true value grains are slowed down as by a
 //! thin fluid, within a few times that of a fall by their own size ([`PackingSettings::slowing_time`]): a bed is long at rest
 //! when its last grains still fly or roll. When all rest, springs are stiffened step by step, and the bed is done when it has
-//! rested with its own for a while without being slowed. Of grains of unlike sizes the finest set the sub-step: until all rest they
-//! are made as heavy as their speed lets them be ([`Softness::mass_factor`]), and coarse ones fall so slowly that they press none of
-//! them flat; at rest neither matters. A bed that is taken after a time has its own springs throughout, and
+//! rested with its own for a while without being slowed. A bed that is taken after a time has its own springs throughout, and
 //! nothing slows it.
+//!
+//! Grains of unlike sizes begin about as densely as they end up, and are slowed from the start, under their own gravity. The finest would set the
+//! sub-step: they are as heavy as a grain of mean size until all rest on their own springs ([`Softness::least_mass`]), and then lose
+//! what they are too heavy by halves. Meanwhile coarse ones may press them flat, or beyond a wall, from where their springs bring them back.
 
 mod scatter;
 mod settings;
@@ -44,13 +46,10 @@ pub enum Stage {
     GivenUp,
 }
 
-/// Sub-steps between two doublings of the stiffness at the end: some contacts last as long.
+/// Sub-steps between two doublings of the stiffness, or halvings of the least mass, at the end: some contacts last as long.
 const STIFFENING: Real = 100.0;
 /// Sub-steps in which a bed has to find its rest with its own springs: waves go through hundreds of layers meanwhile.
 const RESTING: Real = 1000.0;
-/// Speed below which masses of fine grains are raised no further [m/s].
-const SLOW: Real = 0.05;
-
 /// A power of two from `needed` up; one that is there is lowered only where it would stay so.
 fn steady(needed: Real, present: Real) -> Real {
     let [least, most] = [needed, 1.2 * needed].map(|needed| needed.log2().ceil().exp2());
@@ -112,8 +111,8 @@ pub struct Packing {
     own: Own,
     /// Present stiffness of contacts over their own.
     stiffness: Real,
-    /// Speed to which present masses of fine grains are fit [m/s]; 0: grains have their own.
-    fastest: Real,
+    /// Least mass of a grain at present \[kg]; 0: grains have their own.
+    least_mass: Real,
     /// Whether the grains rest and springs are stiffened.
     stiffening: bool,
     /// Whether grains are slowed down.
@@ -145,9 +144,15 @@ impl Packing {
         let higher = |a: &Grain, b: &Grain| a.position.z.total_cmp(&b.position.z).then(b.id.cmp(&a.id));
         let topmost = grains.iter().max_by(|a, b| higher(a, b)).map_or(0, |grain| grain.id);
         let records = GrainRecord::of_all(&grains, &bodies, interactions.materials())?;
-        let springs = Self::springs(&settings, &interactions, Stage::Falling, 1.0);
-        let engine = Engine::from_records(domain, settings.setup(bodies, springs), &records, Vec::new(), 0.0)?;
-        let mut packing = Self { topmost, ..Self::with(settings, engine, interactions, &records) };
+        let softness = Softness::of_records(&settings, &bodies, &records);
+        let springs = Self::springs(&settings, &interactions, true, 1.0);
+        let setup = settings.setup(bodies, springs, softness.room());
+        let engine = Engine::from_records(domain, setup, &records, Vec::new(), 0.0)?;
+        let mut packing = Self { topmost, ..Self::with(settings, softness, engine, interactions, &records) };
+        if packing.sinks() {
+            (packing.stage, packing.switched, packing.since, packing.slowed) = (Stage::Settling, 0.0, 0.0, true);
+            packing.set_least_mass(domain, packing.softness.least_mass());
+        }
         packing.soften(domain, 0.0);
         Ok(packing)
     }
@@ -155,6 +160,7 @@ impl Packing {
     /// With `records` of all grains of all ranks.
     fn with(
         settings: PackingSettings,
+        softness: Softness,
         mut engine: Engine,
         interactions: Interactions,
         records: &[GrainRecord],
@@ -164,13 +170,11 @@ impl Packing {
         }
         let body = |record: &GrainRecord| &engine.bodies()[record.shape as usize];
         let thickness = |record: &GrainRecord| 2.0 * body(record).capsule.radius * record.scale;
-        let kinds: Vec<Kind> =
-            records.iter().map(|record| Kind::of(body(record), record.scale, record.mass, 1.0)).collect();
         Self {
-            softness: Softness::of(&settings, &kinds),
+            softness,
             own: Own::of(records),
             stiffness: 1.0,
-            fastest: 0.0,
+            least_mass: 0.0,
             stiffening: false,
             slowed: false,
             mass_thickness: records.iter().map(|record| record.mass * thickness(record)).sum(),
@@ -186,6 +190,11 @@ impl Packing {
             largest_mean_speed: 0.0,
             topmost: 0,
         }
+    }
+
+    /// Whether grains of unlike sizes sink instead of falling.
+    fn sinks(&self) -> bool {
+        self.softness.unlike && !self.settings.by_time_only
     }
 
     /// The engine with the grains of the bed.
@@ -228,9 +237,11 @@ impl Packing {
             self.engine.advance(domain, &Loads::none(), gravity, length, settings.substeps)?
         };
         let part = if self.slowed { (-length / settings.slowing_time(self.thickness)).exp() } else { 1.0 };
-        let limit = self.speed_limit();
-        if self.slowed || limit.is_finite() {
-            self.engine.limit_speeds(domain, |inverse_mass| limit * inverse_mass.sqrt(), part);
+        if self.slowed {
+            // What is pressed out from between coarse grains does not fly off.
+            let sinking = settings.gravity * settings.slowing_time(self.thickness);
+            let limit = if self.sinks() { sinking } else { Real::INFINITY };
+            self.engine.limit_speeds(domain, limit, part);
         }
         let mut report = self.measure(domain, contacts);
         self.judge(domain, &mut report);
@@ -244,7 +255,8 @@ impl Packing {
         let grains = self.engine.grains();
         let speeds: Real = (0..grains.owned()).map(|g| grains.velocity[g].length()).sum();
         // Of the grains' own masses.
-        let part = |g: usize| if self.fastest > 0.0 { self.own.of_grain(grains.id[g]).0 / grains.mass[g] } else { 1.0 };
+        let part =
+            |g: usize| if self.least_mass > 0.0 { self.own.of_grain(grains.id[g]).0 / grains.mass[g] } else { 1.0 };
         let energies: Real = (0..grains.owned()).map(|g| part(g) * grains.kinetic_energy(g)).sum();
         let [speeds, energies] = domain.sum([speeds, energies]);
         let highest = (0..grains.owned()).map(|g| grains.position[g].z).fold(Real::NEG_INFINITY, Real::max);
@@ -293,8 +305,7 @@ impl Packing {
                 } else if !self.stiffening {
                     if waited(settings.settling_time) && self.rests_by(0.5, report) {
                         (self.stiffening, self.since) = (true, now);
-                        if self.fastest > 0.0 {
-                            self.fastest = 0.0;
+                        if self.sinks() {
                             self.set_stiffness(domain, self.stiffness);
                         }
                     }
@@ -305,6 +316,11 @@ impl Packing {
                     }
                 } else if !rests {
                     (self.slowed, self.since) = (true, now);
+                } else if self.least_mass > 0.0 {
+                    if substeps(STIFFENING) {
+                        self.set_least_mass(domain, 0.5 * self.least_mass);
+                        self.since = now;
+                    }
                 } else if self.slowed {
                     (self.slowed, self.since) = (false, now);
                 } else if substeps(RESTING) {
@@ -327,58 +343,46 @@ impl Packing {
         (self.stiffening, self.slowed, self.since) = (false, false, now);
     }
 
-    /// Speed that no grain may exceed, times the root of its mass: a coarse one would press a fine one flat
-    /// [m/s kg^(1/2)]; infinite among like sizes.
-    fn speed_limit(&self) -> Real {
-        let moves = matches!(self.stage, Stage::Falling | Stage::Settling) && !self.settings.by_time_only;
-        let resting = self.stiffening && !self.slowed;
-        if !self.softness.unlike || !moves || resting {
-            return Real::INFINITY;
-        }
-        self.softness.limit(self.stiffness * self.softness.least_of(&self.interactions))
-    }
-
-    /// Makes springs as soft, and fine grains as heavy, as grains that move at `speed` [m/s] at most let them be.
+    /// Makes springs as soft as grains that move at `speed` [m/s] at most let them be.
     fn soften(&mut self, domain: &Domain, speed: Real) {
         if self.settings.by_time_only || self.stiffening {
             return;
         }
-        let needed = self.softness.scale(&self.interactions, speed);
-        let stiffness = steady(needed, self.stiffness).min(1.0);
-        let fastest = if self.softness.unlike { steady(speed.max(SLOW), self.fastest) } else { 0.0 };
-        if stiffness != self.stiffness || fastest != self.fastest {
-            self.fastest = fastest;
+        let stiffness = steady(self.softness.scale(&self.interactions, speed), self.stiffness).min(1.0);
+        if stiffness != self.stiffness {
             self.set_stiffness(domain, stiffness);
         }
     }
 
-    /// Gives contacts the friction of the stage, and this part of their stiffness, and fine grains their present masses.
+    /// Gives contacts the friction of the stage, and this part of their stiffness.
     fn set_stiffness(&mut self, domain: &Domain, stiffness: Real) {
         self.stiffness = stiffness;
-        if self.softness.unlike {
-            let springs = stiffness * self.softness.least_of(&self.interactions);
-            let Self { engine, softness, own, fastest, .. } = self;
-            let bodies = &engine.bodies;
-            let grains = &mut engine.grains;
-            for g in 0..grains.owned {
-                let (mass, inertia) = own.of_grain(grains.id[g]);
-                let kind = Kind::of(&bodies[grains.shape[g] as usize], grains.scale[g], mass, 1.0);
-                let factor = if *fastest > 0.0 { softness.mass_factor(&kind, springs, *fastest) } else { 1.0 };
-                let change = factor * mass / grains.mass[g];
-                grains.mass[g] = factor * mass;
-                grains.inertia[g] = factor * inertia;
-                grains.angular_momentum[g] *= change;
-            }
-            // Fine grains may sink into coarse ones while these hit them; the bed must not have such contacts.
-            engine.allow_any_overlap(*fastest > 0.0);
-        }
-        let interactions = Self::springs(&self.settings, &self.interactions, self.stage, stiffness);
+        let falls =
+            self.stage == Stage::Falling || self.stage == Stage::Settling && self.least_mass > 0.0 && !self.stiffening;
+        let interactions = Self::springs(&self.settings, &self.interactions, falls, stiffness);
         self.engine.set_interactions(domain, interactions);
     }
 
-    fn springs(settings: &PackingSettings, own: &Interactions, stage: Stage, stiffness: Real) -> Interactions {
+    /// Makes grains as heavy as this at least, for what they weigh and for what moves them alike \[kg].
+    fn set_least_mass(&mut self, domain: &Domain, least: Real) {
+        let grains = &mut self.engine.grains;
+        let mut raised = 0.0;
+        for g in 0..grains.owned {
+            let (mass, inertia) = self.own.of_grain(grains.id[g]);
+            let factor = (least / mass).max(1.0);
+            raised += if factor > 1.0 { 1.0 } else { 0.0 };
+            grains.angular_momentum[g] *= factor * mass / grains.mass[g];
+            (grains.mass[g], grains.inertia[g]) = (factor * mass, factor * inertia);
+        }
+        self.least_mass = if domain.max(raised) > 0.0 { least } else { 0.0 };
+        // Coarse grains may press fine ones flat meanwhile; the bed must not have such contacts.
+        self.engine.allow_any_overlap(self.least_mass > 0.0);
+        self.set_stiffness(domain, self.stiffness);
+    }
+
+    fn springs(settings: &PackingSettings, own: &Interactions, falls: bool, stiffness: Real) -> Interactions {
         let mut springs = own.clone();
-        if stage == Stage::Falling {
+        if falls {
             springs.scale_friction(settings.fall_friction);
         }
         if stiffness != 1.0 {
@@ -433,7 +437,7 @@ impl Packing {
                 self.stiffness,
                 Real::from(u8::from(self.stiffening)),
                 Real::from(u8::from(self.slowed)),
-                self.fastest,
+                self.least_mass,
             ];
             snapshot.put_reals(format!("{prefix}packing"), state);
         }
@@ -465,18 +469,21 @@ impl Packing {
             3 => Stage::Done,
             _ => Stage::GivenUp,
         };
-        let present = Self::springs(&settings, &interactions, stage, state[6]);
         let records = GrainRecord::of_all(grains, &bodies, interactions.materials())?;
-        let engine = Engine::restore(domain, settings.setup(bodies, present), prefix, snapshot)?;
-        let mut packing = Self::with(settings, engine, interactions, &records);
+        let softness = Softness::of_records(&settings, &bodies, &records);
+        let sinks = stage == Stage::Settling && state[9] > 0.0 && state[7] == 0.0;
+        let present = Self::springs(&settings, &interactions, stage == Stage::Falling || sinks, state[6]);
+        let setup = settings.setup(bodies, present, softness.room());
+        let engine = Engine::restore(domain, setup, prefix, snapshot)?;
+        let mut packing = Self::with(settings, softness, engine, interactions, &records);
         packing.stage = stage;
         (packing.switched, packing.since) = (state[1], state[2]);
         packing.tapped = state[3] > 0.0;
         packing.largest_mean_speed = state[4];
         packing.topmost = state[5] as u64;
         (packing.stiffness, packing.stiffening, packing.slowed) = (state[6], state[7] > 0.0, state[8] > 0.0);
-        packing.fastest = state[9];
-        packing.engine.allow_any_overlap(packing.fastest > 0.0);
+        packing.least_mass = state[9];
+        packing.engine.allow_any_overlap(packing.least_mass > 0.0);
         Ok(packing)
     }
 

@@ -8,7 +8,7 @@ use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
 use sazanami_numerics::{Real, Vector};
 
 use crate::contact::record::ContactRecord;
-use crate::engine::{Departures, Engine, Setup};
+use crate::engine::{Arrivals, Departures, Engine, Setup};
 use crate::error::DemError;
 use crate::grain::{ALWAYS_STORED, ATTACHED, GrainRecord};
 
@@ -66,6 +66,9 @@ impl Engine {
         if self.departures.grains > 0 {
             out.reals("departures", self.departures.to_row());
         }
+        if self.arrivals.grains > 0 {
+            out.reals("arrivals", self.arrivals.to_row());
+        }
         out.reals("time", [self.time]);
     }
 
@@ -84,7 +87,7 @@ impl Engine {
         let grains = domain.from_first(state.grains);
         let contacts = domain.from_first(state.contacts);
         let others = domain.from_first(state.others);
-        let departures = domain.from_first(state.departures);
+        let [departures, arrivals] = state.passed.map(|row| domain.from_first(row));
         let time = others[0];
         let (walls, edges) = others[1..].split_at(6 * setup.walls.len());
         for (wall, values) in setup.walls.iter_mut().zip(walls.chunks_exact(6)) {
@@ -93,9 +96,10 @@ impl Engine {
         }
         let plates = setup.walls.iter_mut().filter_map(|wall| wall.edges.as_mut());
         plates.zip(edges.chunks_exact(2)).for_each(|(edges, values)| *edges = [values[0], values[1]]);
-        let departures = Departures::from_row(&departures, setup.bodies.len());
+        let bodies = setup.bodies.len();
         let mut engine = Self::from_records(domain, setup, &grains, contacts, time)?;
-        engine.departures = departures;
+        engine.departures = Departures::from_row(&departures, bodies);
+        engine.arrivals = Arrivals::from_row(&arrivals, bodies);
         Ok(engine)
     }
 }
@@ -107,8 +111,8 @@ struct State {
     contacts: Vec<ContactRecord>,
     /// Time, then point and velocity of each wall, then edges of each plate.
     others: Vec<Real>,
-    /// See [`Departures::to_row`]; empty if no grain has left.
-    departures: Vec<Real>,
+    /// See [`Departures::to_row`] and [`Arrivals::to_row`]; empty if no grain has left or was fed in.
+    passed: [Vec<Real>; 2],
 }
 
 impl State {
@@ -185,11 +189,11 @@ impl State {
         if plates > 0 {
             others.extend_from_slice(from.reals_of("wall.edges", 2 * plates)?);
         }
-        let departures = match from.reals_of("departures", 5 + setup.bodies.len()) {
-            Err(SnapshotError::Missing { .. }) => Vec::new(),
-            found => found?.to_vec(),
+        let passed = |name: &str| match from.reals_of(name, 5 + setup.bodies.len()) {
+            Err(SnapshotError::Missing { .. }) => Ok(Vec::new()),
+            found => found.map(<[Real]>::to_vec),
         };
-        Ok(Self { grains, contacts, others, departures })
+        Ok(Self { grains, contacts, others, passed: [passed("departures")?, passed("arrivals")?] })
     }
 }
 

@@ -1,6 +1,8 @@
 //! VTK files hold what was given, found again by a reader that follows the format and not the writer.
 
-use sazanami_io::vtk::{BodyFile, DataArray, ImageFile, VtkError, write_bodies, write_image};
+use sazanami_io::vtk::{
+    BodyFile, DataArray, ImageFile, PointFile, Values, VtkError, VtkFile, write_bodies, write_image, write_points,
+};
 use sazanami_io::{Bodies, BodyPose, BodySurface};
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Quaternion, Vector};
@@ -114,4 +116,27 @@ fn a_run_without_bodies_still_gives_a_file() {
         BodyFile { bodies: Bodies::none(), time: Some(1.0), arrays: &arrays, scalars: Some("speed"), frame: None };
     write_bodies(&path, &file).unwrap();
     assert!(numbers::<f32>(&parse(&path).array("Points").2).is_empty());
+}
+
+#[test]
+fn points_far_from_the_origin_keep_their_distances() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("points.vtp");
+    let written = |origin: Vector| {
+        let places = [origin, origin + Vector::new(3e-3, 1e-3, 2e-3)];
+        write_points(&path, &PointFile { places: &places, time: None, arrays: &[], scalars: None, frame: None })
+            .unwrap();
+        let file = VtkFile::read(&path).unwrap();
+        let found = file.doubles("Points").unwrap();
+        let single = matches!(file.values("Points").unwrap().1, Values::F32(_));
+        ((found[3] - found[0]) / 3e-3, (found[5] - found[2]) / 2e-3, single)
+    };
+    // Metres of a map grid; four bytes would put both on one place.
+    let (along, up, single) = written(Vector::new(500_000.0, 4_500_000.0, 100.0));
+    assert!((along - 1.0).abs() < 1e-6 && (up - 1.0).abs() < 1e-6 && !single, "{along} {up}");
+    let (along, up, single) = written(Vector::ZERO);
+    assert!(
+        (along - 1.0).abs() < 1e-6 && (up - 1.0).abs() < 1e-6 && single,
+        "negative control: near places take four bytes"
+    );
 }

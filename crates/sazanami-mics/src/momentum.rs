@@ -43,6 +43,14 @@ named_vectors! {
     }
 }
 
+impl StoredMomentum {
+    /// All of it, what counts as covered taken off [N s].
+    #[must_use]
+    pub fn total(&self) -> Vector {
+        Self::TERMS.iter().zip(self.terms()).map(|(&(_, sign), term)| sign * term).sum()
+    }
+}
+
 impl Impulses {
     /// Names of the lines in the budget.
     #[must_use]

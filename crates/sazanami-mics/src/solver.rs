@@ -4,7 +4,7 @@ mod step;
 
 use std::sync::Arc;
 
-use sazanami_dem::{ContactReport, DemError, Engine};
+use sazanami_dem::{ContactReport, DemError, Engine, Grain};
 use sazanami_numerics::domain::{Domain, FailedElsewhere, Row};
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::grid::Field;
@@ -124,6 +124,8 @@ pub struct Solver {
     pub(crate) carried: Option<(CarryingFlow, Real)>,
     /// The mean velocity that is held, if one is.
     pub(crate) mean_flow: Option<MeanFlow>,
+    /// What grains that were fed in since the last step changed of the stored momentum [N s].
+    fed: Vector,
 }
 
 impl Solver {
@@ -185,6 +187,7 @@ impl Solver {
             previous_step: None,
             carried: None,
             mean_flow: None,
+            fed: Vector::ZERO,
         }
     }
 
@@ -413,6 +416,23 @@ impl Solver {
             grains.imprint(domain);
         }
         Ok(count)
+    }
+
+    /// Feeds in grains, and lets those go whose identifier `which` takes; see [`Engine::feed`] and [`Engine::let_go_fed`]. What they change
+    /// of the stored momentum the next step books at the open sides.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn feed(&mut self, fed: &[Grain], which: impl Fn(u64) -> bool + Sync) -> Result<(), DemError> {
+        let before = self.momentum().total();
+        let Self { domain, grains, .. } = self;
+        grains.engine_mut().feed(domain, fed)?;
+        let count = grains.engine_mut().let_go_fed(domain, which)?;
+        if count > 0 || !fed.is_empty() {
+            grains.imprint(domain);
+        }
+        self.fed += self.momentum().total() - before;
+        Ok(())
     }
 
     /// The fluid phase: volume fraction, velocity, density.

@@ -4,7 +4,7 @@ mod conjugate;
 mod phases;
 mod setup;
 
-use sazanami_dem::{DemError, Engine};
+use sazanami_dem::{DemError, Engine, Grain};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::mean_flow::MeanFlow;
 use sazanami_numerics::{Real, Vector};
@@ -72,6 +72,8 @@ pub struct Solver {
     columns: PublishedColumns,
     conjugate: crate::conjugate::ConjugateColumns,
     pub(crate) mean_flow: Option<MeanFlow>,
+    /// Largest viscosity of the step before, fluid and eddies together [m^2/s].
+    pub(crate) largest_viscosity: Real,
 }
 
 /// Initial state of a fluid particle.
@@ -125,7 +127,7 @@ impl Solver {
             grain_motion: self.grains.motion_rate(&self.domain),
             drag: self.grains.limiting_drag_rate(),
         };
-        self.settings.limits.choose(&rates, body_force, spacing, viscosity)
+        self.settings.limits.choose(&rates, body_force, spacing, viscosity.max(self.largest_viscosity))
     }
 
     /// Advances fluid and grains by `dt` \[s]. `watch` is called at the start of each phase.
@@ -143,6 +145,8 @@ impl Solver {
             ParticleProjection::Conjugate => self.step_conjugate(dt, forcing, watch),
             ParticleProjection::Enhanced => self.step_enhanced(dt, forcing, watch),
         }?;
+        self.largest_viscosity = report.largest_viscosity;
+        self.grains.engine_mut().take_departed(&self.domain)?;
         if let Some(mut flow) = self.mean_flow {
             let level = flow.above();
             let [count, x, y, z] = self.sum_over_fluid(|particles, a| {
@@ -286,6 +290,19 @@ impl Solver {
             self.grains.expect_drag(&self.domain, &self.tank);
         }
         Ok(count)
+    }
+
+    /// Feeds in grains, and lets those go whose identifier `which` takes; see [`Engine::feed`] and [`Engine::let_go_fed`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn feed(&mut self, fed: &[Grain], which: impl Fn(u64) -> bool + Sync) -> Result<(), DemError> {
+        self.grains.engine_mut().feed(&self.domain, fed)?;
+        let count = self.grains.engine_mut().let_go_fed(&self.domain, which)?;
+        if count > 0 {
+            self.grains.expect_drag(&self.domain, &self.tank);
+        }
+        Ok(())
     }
 
     /// Decomposition of the box and this rank's part of it.

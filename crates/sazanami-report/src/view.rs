@@ -194,7 +194,7 @@ impl<'a> Source<'a> {
     }
 
     fn state(&self, file: &VtkFile) -> Result<State, ReadError> {
-        let places = file.array("Points")?;
+        let places = file.doubles("Points")?;
         let count = places.len() / 3;
         let turned = file.has("orientation").then(|| file.array("orientation")).transpose()?;
         let length = |vectors: Vec<f32>| {
@@ -211,10 +211,9 @@ impl<'a> Source<'a> {
     }
 
     /// Places in 16 bits of the box, all x1, then all x2, then all x3. Beyond the box they stand at its side.
-    fn places(&self, places: &[f32]) -> Vec<u16> {
+    fn places(&self, places: &[f64]) -> Vec<u16> {
         let (lower, size) = (self.lower.to_array(), (self.upper - self.lower).to_array());
-        let part =
-            |d: usize| places.iter().skip(d).step_by(3).map(move |&x| quantised((f64::from(x) - lower[d]) / size[d]));
+        let part = |d: usize| places.iter().skip(d).step_by(3).map(move |&x| quantised((x - lower[d]) / size[d]));
         (0..3).flat_map(part).collect()
     }
 
@@ -222,12 +221,12 @@ impl<'a> Source<'a> {
     fn water(&self, path: &Path, pack: &mut Pack, left_out: &mut Vec<String>) -> Result<Value, ReadError> {
         let file = VtkFile::read(path)?;
         if path.extension().is_some_and(|kind| kind == "vtp") {
-            let places = file.array("Points")?;
+            let places = file.doubles("Points")?;
             let every = (places.len() / 3).div_ceil(MOST_PARTICLES).max(1);
             if every > 1 {
                 left_out.push(format!("One of {every} particles of water is shown."));
             }
-            let kept: Vec<f32> = places.as_chunks::<3>().0.iter().step_by(every).flatten().copied().collect();
+            let kept: Vec<f64> = places.as_chunks::<3>().0.iter().step_by(every).flatten().copied().collect();
             return Ok(json!({ "count": kept.len() / 3, "particles": pack.push(&self.places(&kept)) }));
         }
         let name = ["liquid_outside_grains", "liquid_fraction"].into_iter().find(|name| file.has(name));
@@ -239,7 +238,7 @@ impl<'a> Source<'a> {
         let Ok(surface) = Isosurface::new(&grid, &values, SURFACE.0, SURFACE.1) else {
             return Err(ReadError::Damaged { path: path.to_owned(), what: format!("array `{name}`") });
         };
-        let nodes: Vec<f32> = surface.nodes.iter().flat_map(|node| node.as_vec3().to_array()).collect();
+        let nodes: Vec<f64> = surface.nodes.iter().flat_map(|node| node.to_array()).collect();
         let corners = surface.triangles.as_flattened();
         Ok(json!({
             "nodes": pack.push(&differences(&self.places(&nodes), |a, b| a.wrapping_sub(b))),

@@ -25,7 +25,7 @@ struct PopulationKeys {
     #[key(default = numbered(table), says = "`grains N`")]
     name: String,
     /// Number of grains: required with `placement.packed` unless the bed is levelled; the other placements tell it
-    /// themselves.
+    /// themselves, of grains that are fed in it is the most.
     #[key(least = 1)]
     count: Option<usize>,
     /// Name of the material.
@@ -107,7 +107,7 @@ impl Population {
     #[must_use]
     pub fn draws_from_seed(&self) -> bool {
         match &self.placement {
-            GrainPlacement::Packed(_) => true,
+            GrainPlacement::Packed(_) | GrainPlacement::Fed(_) => true,
             GrainPlacement::Lattice(lattice) => {
                 lattice.jitter != 0.0 || lattice.random_orientation || self.size != SizeDistribution::Equal
             }
@@ -141,6 +141,12 @@ impl PopulationKeys {
             self.mass_override = None;
         }
         self.count = self.counted(table, cx);
+        if self.motion != Motion::Free && matches!(self.placement, GrainPlacement::Fed(_)) {
+            cx.report
+                .error(table.place("motion"), "grains that are fed in move by the forces on them")
+                .label("once they are inside")
+                .help("leave out `motion`");
+        }
         let is_placed = matches!(self.placement, GrainPlacement::List(_) | GrainPlacement::Lattice(_));
         if self.motion == Motion::Prescribed && !is_placed {
             cx.report
@@ -165,6 +171,13 @@ impl PopulationKeys {
                     .error(table.place("release"), "a bed is not held until a time")
                     .label("`release` is for lists and lattices")
                     .help("leave it out: beds are at rest when the run begins");
+                return;
+            }
+            GrainPlacement::Fed(_) => {
+                cx.report
+                    .error(table.place("release"), "grains that are fed in are not held until a time")
+                    .label("`release` is for lists and lattices")
+                    .help("say from when on they are fed in: `placement.fed.from`");
                 return;
             }
             GrainPlacement::Lattice(lattice) => lattice.velocity != Vector::ZERO,
@@ -225,6 +238,9 @@ impl PopulationKeys {
             }
             GrainPlacement::Bed(_) => return self.count,
             GrainPlacement::Lattice(lattice) => lattice.counts.iter().fold(1, |all: usize, &n| all.saturating_mul(n)),
+            GrainPlacement::Fed(feed) => {
+                return Some(self.count.unwrap_or(usize::MAX).min(feed.count()));
+            }
             GrainPlacement::List(list) => list.len(),
         };
         if let Some(count) = self.count.filter(|count| *count != implied) {

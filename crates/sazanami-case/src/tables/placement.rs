@@ -8,6 +8,7 @@ use sazanami_case_derive::Keys;
 use sazanami_dem::{Lattice, Motion, PackingSettings};
 use sazanami_numerics::{Quaternion, Real, Vector, choices};
 
+use super::boundary::SIDE_NAMES;
 use super::read_by;
 use crate::read::{Context, Table};
 use crate::units::rounded;
@@ -53,7 +54,7 @@ pub struct Packing {
     /// Height of the packing space; it may be higher than the box.
     #[key(unit = "m", range = Positive, says = "by the lattice")]
     pub height: Option<Real>,
-    /// Gravity during the fall over gravity.
+    /// Gravity during the fall over gravity; grains of sizes more than a factor of two apart sink slowly under gravity itself.
     #[key(range = Positive, default = PACKING.fall_factor)]
     pub fall_gravity: Real,
     /// Least time after the switch to normal gravity, when the highest grain meets another.
@@ -301,6 +302,121 @@ impl Grain {
     }
 }
 
+choices! {
+    /// A side of the box.
+    pub enum SideName {
+        /// That of smallest x1.
+        X1Lower = "x1_lower",
+        /// That of largest x1.
+        X1Upper = "x1_upper",
+        /// That of smallest x2.
+        X2Lower = "x2_lower",
+        /// That of largest x2.
+        X2Upper = "x2_upper",
+        /// The bottom.
+        X3Lower = "x3_lower",
+        /// The top.
+        X3Upper = "x3_upper",
+    }
+}
+
+impl SideName {
+    /// Its direction, and whether it is the lower one (0) or the upper one (1).
+    #[must_use]
+    pub fn place(self) -> [usize; 2] {
+        let number = self as usize;
+        [number / 2, number % 2]
+    }
+
+    /// Its name in a case.
+    #[must_use]
+    pub fn text(self) -> &'static str {
+        let [direction, upper] = self.place();
+        SIDE_NAMES[direction][upper]
+    }
+}
+
+/// Grains that are fed in one after another through a side that holds none back. Each begins just outside, at a random place where
+/// there is room, and is carried in at `velocity`; from when it is inside as a whole it moves by the forces on it. Where there is no room at
+/// its time it waits for it. `fed_grains` and `fed_mass` count them.
+#[derive(Clone, Debug, PartialEq, Keys)]
+#[keys(check = Self::check)]
+pub struct Feed {
+    /// The side.
+    #[key(word, example = "x1_lower")]
+    pub side: SideName,
+    /// Grains in a second.
+    #[key(unit = "Hz", range = Positive)]
+    pub rate: Real,
+    /// Velocity with which they come in.
+    #[key(unit = "m/s")]
+    pub velocity: Vector,
+    /// Time of the first.
+    #[key(unit = "s", range = NonNegative, default = 0.0)]
+    pub from: Real,
+    /// Time after which none comes.
+    #[key(unit = "s", range = NonNegative, default = cx.known.run.until, says = "the end of the run")]
+    pub until: Real,
+    /// Lower corner of the part of the side through which they come.
+    #[key(unit = "m", default = cx.known.domain.lower, says = "that of the side")]
+    pub lower: Vector,
+    /// Upper corner of that part.
+    #[key(unit = "m", default = cx.known.domain.upper, says = "that of the side")]
+    pub upper: Vector,
+    /// Whether each is turned at random; otherwise the body axes lie along the box.
+    #[key(default = false)]
+    pub random_orientation: bool,
+}
+
+impl Feed {
+    /// Number of grains that are due up to its end.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        ((self.until - self.from) * self.rate * (1.0 - 1e-12)).floor().max(0.0) as usize + 1
+    }
+
+    /// Time at which grain `index` is due \[s].
+    #[must_use]
+    pub fn due(&self, index: usize) -> Real {
+        self.from + index as Real / self.rate
+    }
+
+    /// Speed into the box [m/s].
+    #[must_use]
+    pub fn inward(&self) -> Real {
+        let [direction, upper] = self.side.place();
+        if upper == 0 { self.velocity[direction] } else { -self.velocity[direction] }
+    }
+
+    fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
+        let side = self.side.text();
+        if self.inward() <= 0.0 {
+            cx.report
+                .error(table.place("velocity"), format!("these grains do not come in through {side}"))
+                .label("this velocity does not point into the box")
+                .help("turn its component across the side round");
+        }
+        if self.until < self.from {
+            cx.report
+                .error(table.place("until"), "the feed ends before it begins")
+                .label(format!("it begins at {} s", rounded(self.from)))
+                .help("leave out `until` to feed to the end of the run");
+        }
+        let domain = &cx.known.domain;
+        let [direction, _] = self.side.place();
+        let out = (0..3).filter(|&d| d != direction).any(|d| {
+            self.lower[d] < domain.lower[d] || self.upper[d] > domain.upper[d] || self.upper[d] <= self.lower[d]
+        });
+        if out {
+            let reaches = domain.reaches();
+            cx.report
+                .error(table.span(), format!("this is no part of the side {side}"))
+                .label(reaches)
+                .help("leave out `lower` and `upper` to feed through the whole side");
+        }
+    }
+}
+
 /// Placement of the grains of a population.
 #[derive(Clone, Debug, PartialEq, Keys)]
 pub enum GrainPlacement {
@@ -310,6 +426,8 @@ pub enum GrainPlacement {
     Bed(BedFile),
     /// On a lattice.
     Lattice(LatticePlacement),
+    /// Fed in through a side of the box.
+    Fed(Feed),
     /// One by one, a list of tables.
     List(Vec<Grain>),
 }

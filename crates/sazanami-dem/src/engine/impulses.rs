@@ -72,8 +72,8 @@ impl Engine {
     }
 
     /// Multiplies all velocities by `factor` or less, so that neither the speed of a grain's centre nor that of its
-    /// farthest contact sphere about it exceeds `limit` [m/s], which is given the grain's reciprocal mass [1/kg].
-    pub fn limit_speeds(&mut self, domain: &Domain, limit: impl Fn(Real) -> Real + Sync, factor: Real) {
+    /// farthest contact sphere about it exceeds `limit` [m/s].
+    pub fn limit_speeds(&mut self, domain: &Domain, limit: Real, factor: Real) {
         let Self { grains, poses, rotations, mass_properties, .. } = self;
         let Grains { velocity, angular_momentum, motion, owned, .. } = grains;
         let (owned, columns) = (*owned, (&mut velocity[..*owned], &mut angular_momentum[..*owned]));
@@ -82,7 +82,6 @@ impl Engine {
                 let g = number * ROWS + n;
                 if motion[g] == Motion::Free {
                     let speed = velocity.length().max(mass_properties[g].arm * poses[g].spin.length());
-                    let limit = limit(mass_properties[g].inverse_mass);
                     let part = factor.min(limit / speed.max(Real::MIN_POSITIVE));
                     *velocity *= part;
                     *momentum *= part;

@@ -1,4 +1,4 @@
-//! Grains that leave through open sides of the box.
+//! Grains that leave and come in through sides of the box.
 
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::particles::Columns;
@@ -6,7 +6,7 @@ use sazanami_numerics::{Real, Vector};
 
 use super::Engine;
 use crate::error::DemError;
-use crate::grain::{GrainRecord, Motion};
+use crate::grain::{Grain, GrainRecord, Motion};
 
 /// Grains that have left through open sides since the start, over all ranks.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -56,6 +56,44 @@ impl Departures {
     }
 }
 
+/// Grains that were fed in since the start, over all ranks.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Arrivals {
+    /// Their number.
+    pub grains: u64,
+    /// Their mass \[kg].
+    pub mass: Real,
+    /// Momentum that they had when forces began to move them [N s].
+    pub momentum: Vector,
+    /// Their number by shape.
+    pub by_shape: Vec<u64>,
+}
+
+impl Arrivals {
+    pub(crate) fn none(bodies: usize) -> Self {
+        Self { by_shape: vec![0; bodies], ..Self::default() }
+    }
+
+    /// Its numbers in one row, and back.
+    pub(crate) fn to_row(&self) -> Vec<Real> {
+        let [x, y, z] = self.momentum.to_array();
+        [self.grains as Real, self.mass, x, y, z].into_iter().chain(self.by_shape.iter().map(|&n| n as Real)).collect()
+    }
+
+    /// Of a row of [`Self::to_row`]; an empty one stands for none.
+    pub(crate) fn from_row(row: &[Real], bodies: usize) -> Self {
+        match row {
+            [grains, mass, x, y, z, by_shape @ ..] => Self {
+                grains: *grains as u64,
+                mass: *mass,
+                momentum: Vector::new(*x, *y, *z),
+                by_shape: by_shape.iter().map(|&n| n as u64).collect(),
+            },
+            _ => Self::none(bodies),
+        }
+    }
+}
+
 impl Engine {
     /// Lets grains leave through these sides, by direction, lower and upper, once they are beyond the region
     /// ([`Setup::region`](super::Setup::region)): no [`DemError::GrainEscaped`] there, and [`Self::take_departed`] takes them away.
@@ -73,6 +111,53 @@ impl Engine {
     #[must_use]
     pub fn departures(&self) -> &Departures {
         &self.departures
+    }
+
+    /// Says that grains will be fed in, whether there are any yet or not.
+    pub fn expect_arrivals(&mut self) {
+        self.arrivals_expected = true;
+    }
+
+    /// Whether grains will be fed in.
+    #[must_use]
+    pub fn expects_arrivals(&self) -> bool {
+        self.arrivals_expected
+    }
+
+    /// Grains that were fed in since the start.
+    #[must_use]
+    pub fn arrivals(&self) -> &Arrivals {
+        &self.arrivals
+    }
+
+    /// Feeds in grains that move as prescribed until [`Self::let_go_fed`]. Every rank gives the same list. Collective.
+    ///
+    /// # Errors
+    /// As [`Self::insert`].
+    pub fn feed(&mut self, domain: &Domain, grains: &[Grain]) -> Result<(), DemError> {
+        self.insert(domain, grains)?;
+        for grain in GrainRecord::of_all(grains, &self.bodies, self.interactions.materials())? {
+            self.arrivals.grains += 1;
+            self.arrivals.mass += grain.mass;
+            self.arrivals.by_shape[grain.shape as usize] += 1;
+        }
+        Ok(())
+    }
+
+    /// Lets grains that were fed in move by the forces on them from now on; returns how many. Collective.
+    ///
+    /// # Errors
+    /// As [`Self::release`].
+    pub fn let_go_fed(&mut self, domain: &Domain, which: impl Fn(u64) -> bool + Sync) -> Result<usize, DemError> {
+        let those =
+            (0..self.grains.owned).filter(|&g| self.grains.motion[g] != Motion::Free && which(self.grains.id[g]));
+        let those = those.map(|g| self.grains.record(g));
+        // Summed in the order of identifiers: the same bits on any number of ranks.
+        let all: Vec<GrainRecord> = domain.from_first(domain.to_first_by(those, |grain| grain.id));
+        for grain in &all {
+            self.arrivals.momentum += grain.mass * Vector::from_array(grain.velocity);
+        }
+        self.release(domain, which)
     }
 
     /// Whether a grain on any rank is beyond an open side. Collective.

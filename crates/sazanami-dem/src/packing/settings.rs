@@ -189,11 +189,12 @@ impl PackingSettings {
         walls
     }
 
-    pub(super) fn setup(&self, bodies: Vec<Body>, interactions: Interactions) -> Setup {
-        let mut lower = self.lower;
+    /// With `room` for grains beyond the walls \[m].
+    pub(super) fn setup(&self, bodies: Vec<Body>, interactions: Interactions, room: Real) -> Setup {
+        let mut lower = self.lower - room;
         // A tapping floor takes the bed below its first place.
         lower.z -= self.tapping.map_or(0.0, |t| 2.0 * t.amplitude);
-        let mut upper = self.upper;
+        let mut upper = self.upper + room;
         upper.z = Real::INFINITY;
         Setup { bodies, interactions, walls: self.walls(), region: [lower, upper], ghost_margin: self.ghost_margin }
     }

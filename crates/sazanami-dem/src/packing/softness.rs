@@ -5,15 +5,14 @@ use sazanami_numerics::Real;
 use super::settings::{ALIKE, PackingSettings};
 use crate::body::Body;
 use crate::contact::laws::Interactions;
+use crate::grain::GrainRecord;
 
 /// Largest overlap of an impact over a contact sphere's radius.
 const IMPACT: Real = 0.15;
 /// The same of a contact under the weight of the bed.
 const RESTING: Real = 0.05;
-/// The same of impacts of grains that are made heavier.
-const HEAVIER: Real = 0.4;
 /// The same of the finest grains under the weight of a coarse one.
-const CRUSHED: Real = 0.2;
+const CRUSHED: Real = 0.4;
 /// Values that go by factors of two, over the least that is needed, in the mean.
 const ROUNDED: Real = 1.5;
 /// Softest springs over a case's own. Beds of softer ones are denser: 1,236 spheroids of `shell(75)` had, over four seeds, a
@@ -54,15 +53,11 @@ pub struct Softness {
     reach: Real,
     /// Whether sizes are too far apart for a lattice.
     pub(super) unlike: bool,
-    /// Up to this mass fine grains are made heavier: that of a grain of mean size \[kg].
-    heaviest: Real,
-    /// The lightest kind.
-    lightest: Kind,
-    /// Largest mass \[kg].
-    most: Real,
-    /// Radius of the smallest contact sphere \[m].
-    finest: Real,
-    /// Stiffness with which the weight of the heaviest grain, on three of the smallest contact spheres, presses them by a fifth of
+    /// Mass of a grain of mean size, up to which finer ones are made heavier \[kg].
+    mean_mass: Real,
+    /// Least mass \[kg].
+    lightest: Real,
+    /// Stiffness with which the heaviest grain, on three of the smallest contact spheres, presses them by two fifths of
     /// their radius [N/m].
     by_crushing: Real,
 }
@@ -77,26 +72,31 @@ impl Softness {
         let most = |of: &dyn Fn(&Kind) -> Real| kinds.iter().map(of).fold(0.0, Real::max);
         let least = kinds.iter().map(|kind| kind.reach).fold(Real::INFINITY, Real::min);
         let finest = kinds.iter().map(|kind| kind.sphere).fold(Real::INFINITY, Real::min);
-        let none = Kind { mass: 0.0, reach: 0.0, sphere: 0.0, count: 0.0 };
+        let lightest = kinds.iter().map(|kind| kind.mass).fold(Real::INFINITY, Real::min);
+        let heaviest = most(&|kind| kind.mass);
+        let count = sum(&|_| 1.0);
         Self {
             // The deepest overlap of a free impact of equal grains is v sqrt(m/(2 K)), at a wall v sqrt(m/K).
             by_impact: most(&|kind| kind.mass / (IMPACT * kind.sphere).powi(2)),
             by_weight: most(&|kind| 4.0 * kind.reach * kind.reach * pressure / (RESTING * kind.sphere)),
             reach: most(&|kind| kind.reach),
             unlike: most(&|kind| kind.reach) > ALIKE * least,
-            heaviest: (sum(&|kind| kind.mass.cbrt()) / sum(&|_| 1.0)).powi(3),
-            finest,
-            most: most(&|kind| kind.mass),
-            by_crushing: most(&|kind| kind.mass) * settings.gravity / (3.0 * CRUSHED * finest),
-            lightest: kinds.iter().copied().min_by(|a, b| a.mass.total_cmp(&b.mass)).unwrap_or(none),
+            mean_mass: (sum(&|kind| kind.mass.cbrt()) / count).powi(3),
+            lightest,
+            by_crushing: heaviest * settings.gravity / (3.0 * CRUSHED * finest),
         }
+    }
+
+    /// For the grains of these records.
+    pub(super) fn of_records(settings: &PackingSettings, bodies: &[Body], records: &[GrainRecord]) -> Self {
+        let kind = |record: &GrainRecord| Kind::of(&bodies[record.shape as usize], record.scale, record.mass, 1.0);
+        Self::of(settings, &records.iter().map(kind).collect::<Vec<_>>())
     }
 
     /// Stiffness over that of `own` springs where grains move at `speed` [m/s] at most.
     #[must_use]
     pub fn scale(&self, own: &Interactions, speed: Real) -> Real {
-        let crushing = if self.unlike { self.by_crushing } else { 0.0 };
-        let needed = self.by_weight.max(self.by_impact * speed * speed).max(crushing);
+        let needed = self.by_weight.max(self.by_impact * speed * speed);
         (needed / self.least_of(own)).clamp(SOFTEST, 1.0)
     }
 
@@ -113,33 +113,33 @@ impl Softness {
         own.least_stiffness(self.reach)
     }
 
-    /// Speed at which a grain that meets one of the smallest contact spheres presses it by two fifths of its radius, times
-    /// the root of its mass, on springs of this stiffness [N/m] [m/s kg^(1/2)].
-    pub(super) fn limit(&self, stiffness: Real) -> Real {
-        HEAVIER * self.finest * stiffness.sqrt()
+    /// Room that grains of unlike sizes have beyond the walls \[m].
+    pub(super) fn room(&self) -> Real {
+        if self.unlike { self.reach } else { 0.0 }
     }
 
-    /// Speed that the heaviest grain may not exceed [m/s]; infinite among like sizes.
+    /// Whether sizes are too far apart for a lattice.
     #[must_use]
-    pub fn slowest(&self, own: &Interactions) -> Real {
-        let springs = (ROUNDED * self.scale(own, 0.0)).min(1.0) * self.least_of(own);
-        if self.unlike { self.limit(springs) / self.most.sqrt() } else { Real::INFINITY }
+    pub fn is_of_unlike(&self) -> bool {
+        self.unlike
     }
 
-    /// Factor on the mass of grains of a kind with which they overlap by less than two fifths of their radius in impacts at
-    /// `speed` [m/s] on springs of this stiffness [N/m]; 1 for all but the fine grains of unlike sizes.
+    /// Mass of the lightest grains while the bed is packed \[kg]; 0 where they keep their own.
     #[must_use]
-    pub fn mass_factor(&self, kind: &Kind, stiffness: Real, speed: Real) -> Real {
-        let bearable = stiffness * (HEAVIER * kind.sphere / speed).powi(2);
-        if self.unlike { (self.heaviest.min(bearable) / kind.mass).max(1.0) } else { 1.0 }
+    pub fn least_mass(&self) -> Real {
+        if self.unlike { self.mean_mass } else { 0.0 }
+    }
+
+    /// Halvings of the least mass until all grains have their own.
+    #[must_use]
+    pub fn halvings(&self) -> Real {
+        (self.least_mass() / self.lightest).max(1.0).log2().ceil()
     }
 
     /// Length of the longest sub-step of the lightest grains over that with their own springs and mass, at `speed` [m/s].
     #[must_use]
     pub fn substep_factor(&self, own: &Interactions, speed: Real) -> Real {
         let scale = (ROUNDED * self.scale(own, speed)).min(1.0);
-        let springs = scale * self.least_of(own);
-        let lightest = &self.lightest;
-        (self.mass_factor(lightest, springs, ROUNDED * speed.max(super::SLOW)) / scale).sqrt()
+        ((self.least_mass() / self.lightest).max(1.0) / scale).sqrt()
     }
 }

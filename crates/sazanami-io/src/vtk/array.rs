@@ -2,7 +2,12 @@
 
 use std::borrow::Cow;
 
+use sazanami_numerics::Vector;
+
 use crate::{Element, ElementType};
+
+/// Distance from the origin over the extent of points up to which four bytes tell a hundred-thousandth of that extent.
+const FAR: f64 = 100.0;
 
 /// A named array of scalars or vectors, one per cell or body.
 #[derive(Clone, Debug)]
@@ -25,6 +30,18 @@ impl<'a> DataArray<'a> {
     pub(super) fn owned<T: Element>(name: &str, components: usize, values: &[T]) -> Self {
         let bytes = Cow::Owned(bytemuck::cast_slice(values).to_vec());
         Self { name: name.to_owned(), components, element: T::TYPE, bytes }
+    }
+
+    /// Places of points \[m]: in four bytes, or in eight where they lie so far from the origin that four would blur them.
+    pub(super) fn places(places: &[Vector]) -> Self {
+        let ends = places.iter().fold([Vector::INFINITY, Vector::NEG_INFINITY], |[a, b], &x| [a.min(x), b.max(x)]);
+        let farthest = ends[0].abs().max(ends[1].abs()).max_element();
+        if places.is_empty() || farthest <= FAR * (ends[1] - ends[0]).max_element() {
+            let values: Vec<f32> = places.iter().flat_map(|place| place.as_vec3().to_array()).collect();
+            return Self::owned("Points", 3, &values);
+        }
+        let values: Vec<f64> = places.iter().flat_map(|place| place.to_array()).collect();
+        Self::owned("Points", 3, &values)
     }
 
     /// Whole numbers.

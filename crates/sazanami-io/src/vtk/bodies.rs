@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 use std::path::Path;
 
+use sazanami_numerics::Vector;
+
 use super::appended::Appended;
 use super::{DataArray, VtkError};
 use crate::Bodies;
@@ -46,7 +48,7 @@ pub fn write_bodies(path: &Path, file: &BodyFile) -> Result<(), VtkError> {
     file.attributes("PointData", &arrays, scalars)?;
     drop(arrays);
     file.open("Points");
-    file.array(&DataArray::owned("Points", 3, &points(&bodies, nodes)), "");
+    file.array(&DataArray::places(&points(&bodies, nodes)), "");
     file.close("Points");
     file.open("Polys");
     file.array(&DataArray::owned("connectivity", 1, &connectivity(&bodies, triangles)), "");
@@ -70,10 +72,10 @@ fn on_nodes<'a>(array: &DataArray<'a>, bodies: &Bodies) -> DataArray<'a> {
 }
 
 /// Nodes of all bodies in the laboratory \[m].
-fn points(bodies: &Bodies, nodes: usize) -> Vec<f32> {
-    let mut points = Vec::with_capacity(3 * nodes);
+fn points(bodies: &Bodies, nodes: usize) -> Vec<Vector> {
+    let mut points = Vec::with_capacity(nodes);
     for body in 0..bodies.poses.len() {
-        bodies.for_each_node(body, |node| points.extend_from_slice(&node.as_vec3().to_array()));
+        bodies.for_each_node(body, |node| points.push(node));
     }
     points
 }

@@ -22,7 +22,7 @@ pub struct PointFile<'a> {
     pub frame: Option<&'a str>,
 }
 
-/// Writes points as vertices to a `.vtp` file, all at once; coordinates in four bytes.
+/// Writes points as vertices to a `.vtp` file, all at once; coordinates in four bytes, or eight where they lie far from the origin.
 ///
 /// # Errors
 /// If an array does not fit the points or the file system refuses.
@@ -44,8 +44,7 @@ pub fn write_points(path: &Path, file: &PointFile) -> Result<(), VtkError> {
     file.open(&format!("Piece NumberOfPoints=\"{count}\" NumberOfVerts=\"{count}\""));
     file.attributes("PointData", arrays, scalars)?;
     file.open("Points");
-    let places: Vec<f32> = places.iter().flat_map(|place| place.as_vec3().to_array()).collect();
-    file.array(&DataArray::owned("Points", 3, &places), "");
+    file.array(&DataArray::places(places), "");
     file.close("Points");
     file.open("Verts");
     let numbers: Vec<i32> = (0..count as i32).collect();

@@ -205,6 +205,17 @@ impl VtkFile {
         })
     }
 
+    /// Values of the array `name`, vectors by component.
+    ///
+    /// # Errors
+    /// If it is not there or damaged.
+    pub fn doubles(&self, name: &str) -> Result<Vec<f64>, ReadError> {
+        match self.values(name)?.1 {
+            Values::F64(values) => Ok(values),
+            _ => Ok(self.array(name)?.into_iter().map(f64::from).collect()),
+        }
+    }
+
     /// The unpacked bytes of the array at `offset`.
     fn unpacked(&self, offset: usize) -> Option<Vec<u8>> {
         let word = |n: usize| {

@@ -58,7 +58,7 @@ struct CouplingState {
     /// The pose at which the grain was last imprinted, without wrapping at periodic sides; orientation zero: never.
     imprinted_at: [Real; 3],
     imprinted_turned: [Real; 4],
-    not_used: [Real; 8],
+    not_used: [Real; ATTACHED - 20],
 }
 
 impl CouplingState {
@@ -92,8 +92,8 @@ pub struct GrainPhase {
     impulses: Vec<[Vector; 2]>,
     /// Poses at which the grains of the engine, ghosts included, are imprinted.
     poses: Vec<Pose>,
-    /// Grains on all ranks, with those that have left.
-    count: usize,
+    /// Grains on all ranks, with those that have left and without those that were fed in.
+    at_first: usize,
 }
 
 impl GrainPhase {
@@ -102,10 +102,11 @@ impl GrainPhase {
     #[must_use]
     pub fn new(domain: &Domain, engine: Engine, shapes: Arc<[Shape]>, coupling: Coupling) -> Self {
         // With those that have left: the run goes on as one with grains.
-        let count = domain.sum([engine.grains().owned() as Real])[0] as usize + engine.departures().grains as usize;
+        let there = domain.sum([engine.grains().owned() as Real])[0] as usize + engine.departures().grains as usize;
+        let at_first = there - engine.arrivals().grains as usize;
         let surfaces = coupling.exchange == Exchange::Surface;
         // Without grains the fields of the coupling take no memory.
-        let cells = if count == 0 { [0; 3] } else { domain.cells() };
+        let cells = if at_first == 0 && !engine.expects_arrivals() { [0; 3] } else { domain.cells() };
         let mut phase = Self {
             engine,
             shapes,
@@ -125,7 +126,7 @@ impl GrainPhase {
             torque: Vec::new(),
             impulses: Vec::new(),
             poses: Vec::new(),
-            count,
+            at_first,
         };
         phase.imprint(domain);
         phase
@@ -171,7 +172,7 @@ impl GrainPhase {
     /// Number of grains on all ranks.
     #[must_use]
     pub fn count(&self) -> usize {
-        self.count - self.engine.departures().grains as usize
+        self.at_first + self.engine.arrivals().grains as usize - self.engine.departures().grains as usize
     }
 
     /// Shapes of the grains, by shape index.
@@ -180,10 +181,10 @@ impl GrainPhase {
         &self.shapes
     }
 
-    /// Whether there are no grains at all, and were none.
+    /// Whether there are no grains at all, were none, and will be none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.count == 0
+        self.at_first == 0 && !self.engine.expects_arrivals()
     }
 
     /// Largest speed of a grain on any rank over the smallest cell width, that by which its turn moves the surface

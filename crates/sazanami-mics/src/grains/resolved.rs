@@ -30,7 +30,7 @@ pub(super) struct SurfaceState {
     pub rotation: [Real; 3],
     /// See [`super::CouplingState`].
     imprinted: [Real; 7],
-    unused_too: [Real; 8],
+    unused_too: [Real; ATTACHED - 20],
 }
 
 const _: () = assert!(size_of::<SurfaceState>() == size_of::<[Real; ATTACHED]>());

@@ -10,7 +10,6 @@ use crate::flow::Flow;
 use crate::grains::GrainPhase;
 use crate::grains::room::Room;
 use crate::mobility::Closing;
-use crate::momentum::StoredMomentum;
 use crate::pass::Pass;
 use crate::pressure::Projection;
 use crate::stability::Step;
@@ -52,7 +51,7 @@ impl Solver {
         }
         report.impulses += grains.exchange(domain, flow, room.as_mut(), gravity, dt);
         report.book_sides();
-        report.impulses.open_sides += self.let_leave()?;
+        report.impulses.open_sides += self.let_leave()? + std::mem::take(&mut self.fed);
         self.previous_step = Some(step.dt);
         report.mean_flow = self.answer(dt);
         self.check(&report)?;
@@ -78,13 +77,10 @@ impl Solver {
         if !self.grains.have_left(&self.domain) {
             return Ok(Vector::ZERO);
         }
-        let total = |stored: StoredMomentum| -> Vector {
-            StoredMomentum::TERMS.iter().zip(stored.terms()).map(|(&(_, sign), term)| sign * term).sum()
-        };
-        let before = total(self.momentum());
+        let before = self.momentum().total();
         let Self { domain, grains, .. } = self;
         grains.take_departed(domain)?;
-        Ok(total(self.momentum()) - before)
+        Ok(self.momentum().total() - before)
     }
 }
 

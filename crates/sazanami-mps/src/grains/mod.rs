@@ -8,6 +8,7 @@ mod added_mass;
 mod binned;
 mod drag;
 mod exchange;
+mod gusts;
 mod kept;
 mod lift;
 mod loads;
@@ -71,6 +72,8 @@ impl Coupling {
 pub(crate) struct FluidAtGrain {
     /// Velocity of the fluid [m/s].
     pub velocity: Vector,
+    /// Velocity of the fluid beside that, by turbulence that is not resolved [m/s].
+    pub gust: Vector,
     /// Force of the pressure of the step before, beyond the hydrostatic one, over the volume of the grain [Pa/m].
     pub pressing: Vector,
     /// Wet fraction of the grain.
@@ -127,7 +130,7 @@ pub struct GrainPhase {
     impulses: Binned<GIVEN>,
     /// Gates where they are in the step.
     gates: Vec<Gate>,
-    /// Whether there are grains on any rank.
+    /// Whether there are, were or will be grains on any rank.
     any: bool,
     frozen: bool,
 }
@@ -171,7 +174,8 @@ impl GrainPhase {
     #[must_use]
     pub fn new(domain: &Domain, mut engine: Engine, coupling: Coupling) -> Self {
         engine.own_promptly();
-        let any = domain.max(if engine.grains().owned() > 0 { 1.0 } else { 0.0 }) > 0.0;
+        let there = engine.grains().owned() > 0 || engine.expects_arrivals() || engine.departures().grains > 0;
+        let any = domain.max(if there { 1.0 } else { 0.0 }) > 0.0;
         assert!(
             !any || engine.ghost_margin() > coupling.smoothing,
             "ghost margin of the grains exceeds the smoothing radius"
@@ -207,7 +211,7 @@ impl GrainPhase {
         self.frozen = frozen;
     }
 
-    /// Whether there are no grains on any rank.
+    /// Whether there are no grains on any rank, were none and will be none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         !self.any

@@ -127,7 +127,7 @@ fn motion(case: &Case, population: &Population, motion: Motion) -> Motion {
 }
 
 /// Draws the size factors of a population.
-fn factors(population: &Population, count: usize) -> Vec<Real> {
+pub(crate) fn factors(population: &Population, count: usize) -> Vec<Real> {
     let mut random = Random::new(population.seed ^ 0x5eed_0f51_2e50_0000);
     let mut draw = || match &population.size {
         SizeDistribution::Equal => 1.0,
@@ -159,7 +159,7 @@ pub fn placed(case: &Case, beds: &[Option<Bed>]) -> Vec<Grain> {
     for (number, population) in case.grains.iter().enumerate() {
         let make = |index: usize, scale: Real| member(case, number, index, scale);
         match &population.placement {
-            GrainPlacement::Packed(_) => {}
+            GrainPlacement::Packed(_) | GrainPlacement::Fed(_) => {}
             GrainPlacement::List(list) => all.extend(list.iter().enumerate().map(|(index, grain)| Grain {
                 position: grain.position,
                 orientation: grain.orientation,
@@ -252,10 +252,10 @@ pub(crate) struct Kind {
 /// The fall of grains that are packed.
 pub(crate) struct Fall<'c> {
     pub how: &'c Packing,
-    /// Time in which those of the uppermost layer fall onto the bed \[s].
+    /// Time in which those of the uppermost layer fall onto the bed, or sink to it \[s].
     pub time: Real,
-    /// Time in which coarse grains of unlike sizes sink with the bed, no faster than the finest bear \[s].
-    pub sinking: Real,
+    /// Largest speed meanwhile [m/s].
+    pub speed: Real,
     /// Time in which velocities fall to 1/e afterwards \[s].
     pub slowing: Real,
     /// How soft springs may be.
@@ -314,9 +314,14 @@ pub(crate) fn fall(case: &Case, kind: impl Fn(usize) -> Option<Kind>) -> Option<
     let drop = (lattice - solid / (PACKED * extent.x * extent.y)).max(0.0);
     let softness = Softness::of(&settings, &kinds);
     let slowing = settings.slowing_time(thickness / number_of_all.max(1.0));
-    let time = (2.0 * drop / (how.fall_gravity * case.gravity.length())).sqrt();
-    let sinking = drop / softness.slowest(&interactions(case));
-    Some(Fall { how, time, sinking, slowing, softness })
+    let gravity = case.gravity.length();
+    let (time, speed) = if softness.is_of_unlike() && how.stop == PackingStop::Settled {
+        (drop / (gravity * slowing), gravity * slowing)
+    } else {
+        let time = (2.0 * drop / (how.fall_gravity * gravity)).sqrt();
+        (time, how.fall_gravity * gravity * time)
+    };
+    Some(Fall { how, time, speed, slowing, softness })
 }
 
 /// Settings of the packing of a case.

@@ -69,6 +69,8 @@ pub(super) fn predict(
 const POINTS: usize = 20;
 /// Sub-steps in which a bed at rest is stiffened and finds its rest with its own springs, about.
 const STIFFENED: Real = 2000.0;
+/// Sub-steps between two halvings of the mass of fine grains that were made heavier.
+const HALVING: Real = 100.0;
 
 /// Sub-steps that packing takes: the fall from the lattice with springs that become stiffer, then the bounces until the bed rests
 /// with the softest, the end with its own.
@@ -82,19 +84,18 @@ pub(crate) fn packing_substeps(case: &Case, populations: &[PopulationReport], mo
         return time / contact;
     }
     let rate = |speed: Real| 1.0 / (contact * fall.softness.substep_factor(&own, speed));
-    let gravity = fall.how.fall_gravity * case.gravity.length();
     let falling = fall.time.min(time);
-    let of_fall = (0..POINTS).map(|n| rate(gravity * falling * (n as Real + 0.5) / POINTS as Real)).sum::<Real>();
-    falling * of_fall / POINTS as Real + (time - falling) * rate(0.0) + STIFFENED
+    let of_fall = (0..POINTS).map(|n| rate(fall.speed * (n as Real + 0.5) / POINTS as Real)).sum::<Real>();
+    falling * of_fall / POINTS as Real + (time - falling) * rate(0.0) + STIFFENED + HALVING * fall.softness.halvings()
 }
 
 /// Simulated time that packing takes \[s]: the fall from the lattice, then the bounces until the bed rests; `None` if the
 /// case packs nothing.
 pub(crate) fn packing_time(case: &Case, populations: &[PopulationReport], model: &CostModel) -> Option<Real> {
-    let Fall { how, time, sinking, slowing, .. } = fall_of(case, populations)?;
+    let Fall { how, time, slowing, .. } = fall_of(case, populations)?;
     let rest = match how.stop {
         PackingStop::TimeOnly => how.settle_time,
-        PackingStop::Settled => how.settle_time.max(model.packing_rest * slowing) + sinking,
+        PackingStop::Settled => how.settle_time.max(model.packing_rest * slowing),
     };
     Some((time + rest).min(how.time_limit))
 }

@@ -275,6 +275,7 @@ fn fastest_of(population: &Population) -> Vector {
     match &population.placement {
         GrainPlacement::List(list) => list.iter().map(|grain| grain.velocity.abs()).fold(Vector::ZERO, Vector::max),
         GrainPlacement::Lattice(lattice) => lattice.velocity.abs(),
+        GrainPlacement::Fed(feed) => feed.velocity.abs(),
         GrainPlacement::Packed(_) | GrainPlacement::Bed(_) => Vector::ZERO,
     }
 }
@@ -424,6 +425,7 @@ fn solid_fraction(placement: &GrainPlacement, d: Real, smoothing: Real) -> Real 
     };
     match placement {
         GrainPlacement::Packed(_) | GrainPlacement::Bed(_) => super::PACKED_SPHERES,
+        GrainPlacement::Fed(_) => 0.0,
         GrainPlacement::Lattice(block) => among(block.counts.iter().product(), [block.lower, block.upper]),
         GrainPlacement::List(grains) => {
             let places = grains.iter().map(|grain| [grain.position; 2]);

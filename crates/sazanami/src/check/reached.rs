@@ -17,6 +17,7 @@ pub(super) fn falling(case: &Case, population: &Population) -> Vector {
             (free.clone().fold(floor, Real::max) - floor, free.fold(Real::INFINITY, Real::min))
         }
         GrainPlacement::Lattice(lattice) => (lattice.upper.z - floor, lattice.lower.z),
+        GrainPlacement::Fed(feed) => (feed.upper.z - floor, feed.lower.z),
         GrainPlacement::Packed(_) | GrainPlacement::Bed(_) => return Vector::ZERO,
     };
     let gravity = case.resting_gravity().length();

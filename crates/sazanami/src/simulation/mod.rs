@@ -1,5 +1,6 @@
 //! A run on one rank: packing or relaxation of a bed, then flow, step by step, until it ends. No physics, no files.
 
+mod feeding;
 mod preparation;
 mod relaxation;
 mod releases;
@@ -13,6 +14,7 @@ use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 use sazanami_parallel::{Communicator, Reduction};
 
+use self::feeding::Feeding;
 use self::releases::Releases;
 use crate::case::meaning::Solver;
 use crate::clock::{Clock, OUTPUT, SWING, fixed_step, longest_in_swing};
@@ -22,7 +24,7 @@ use crate::recorder::{GridObserver, Observer, ParticleObserver, Recorder, Step};
 use crate::state::Due;
 use crate::water::Water;
 
-/// What shortens a step that ends where grains are let go or a gate opens.
+/// What shortens a step that ends where grains are let go or fed in, or a gate opens.
 const RELEASE: &str = "release";
 
 /// Runs `job` on one rank of a group.
@@ -174,6 +176,7 @@ fn flow<B: Observer>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>)
             || job.options.until.is_some_and(|until| clock.has_reached(until))
     };
     let mut releases = Releases::of(case, clock.time());
+    let mut feeding = Feeding::of(case, &water);
     let swing = longest_in_swing(case).filter(|_| fixed_step(case).is_none());
     loop {
         let [stop, checkpoint, at_rest] = signals(water.domain(), job, recorder);
@@ -195,8 +198,9 @@ fn flow<B: Observer>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>)
             return Ok(Ending { status, interrupted, time: clock.time(), steps: clock.step() });
         }
         releases.let_go(job, &mut water, clock.time())?;
+        feeding.feed(case, &mut water, clock.time(), clock.step())?;
         let output = recorder.next_due(case, clock.time());
-        let due = releases.next(output);
+        let due = releases.next(output).into_iter().chain(feeding.next(clock.time())).reduce(Real::min);
         let next = water.stable_step(case, clock.time());
         let stable @ (longest, ruling) = match (B::Water::length(next), swing) {
             ((stable, _), Some(swing)) if swing < stable => (swing, SWING),

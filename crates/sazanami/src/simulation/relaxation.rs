@@ -85,7 +85,7 @@ impl Relaxation {
         let mut report = ContactReport::default();
         for _ in 0..count {
             report = self.engine.advance(domain, &Loads::none(), gravity, STEP / count as Real, Substeps::Fixed(1))?;
-            self.engine.limit_speeds(domain, |_| PARTING_SPEED, PARTING_DAMPING);
+            self.engine.limit_speeds(domain, PARTING_SPEED, PARTING_DAMPING);
         }
         Ok(ContactReport { substeps: count, ..report })
     }

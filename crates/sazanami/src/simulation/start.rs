@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use sazanami_dem::{Body, Engine, Packing, Setup};
-use sazanami_mics::boundary::Boundary;
 use sazanami_mics::snapshot::GRAINS;
 use sazanami_mics::solver::Solver;
 use sazanami_numerics::domain::Domain;
@@ -12,7 +11,7 @@ use sazanami_numerics::{Real, Vector};
 
 use super::relaxation::{Relaxation, relax};
 use crate::assembly::{fluid, grains, particles};
-use crate::case::meaning::{self, FluidName, GrainPlacement, Placement, Population};
+use crate::case::meaning::{self, Case, FluidName, GrainPlacement, Placement, Population};
 use crate::clock::{Clock, fixed_step};
 use crate::job::{Job, PACKING, RankError};
 use crate::naming::partner;
@@ -54,15 +53,14 @@ pub(super) fn solver(
     recorder: &mut Recorder<crate::recorder::GridObserver>,
 ) -> Result<Option<Solver>, RankError> {
     let case = job.case;
-    // The fluid outside open sides does not move with the box.
-    let boundary = Boundary::new(case.boundary)?.with_gravity_outside(case.gravity);
+    let boundary = fluid::boundary(case)?;
     let settings = fluid::settings(case);
     let coupling = case.coupling;
     let mut flow = fluid::flow(case, &domain);
     let setup = grains::setup(case, &job.shapes);
     let shapes = Arc::clone(&job.shapes);
     if let Some(state) = job.resumed.as_ref().filter(|state| state.run.flows()) {
-        let engine = Engine::restore(&domain, setup, GRAINS, &state.snapshot)?;
+        let engine = expecting(case, Engine::restore(&domain, setup, GRAINS, &state.snapshot)?);
         let snapshot = &state.snapshot;
         let tension = fluid::surface_tension(case, &domain, &boundary);
         let tension = tension.map(|tension| tension.restore(&domain, snapshot)).transpose()?;
@@ -81,6 +79,7 @@ pub(super) fn solver(
             engine
         }
     };
+    let engine = expecting(case, engine);
     within_box(job, &domain, &engine)?;
     let bed_height = recorder.measure_bed(&domain, &engine);
     liquids_fit(job, bed_height)?;
@@ -94,6 +93,19 @@ pub(super) fn solver(
         solver.set_carried(carrying, 0.0);
     }
     Ok(Some(solver))
+}
+
+/// The engine, told whether grains are fed in, and through which sides they leave a box that stands still: those that are open and hold
+/// none back.
+pub(super) fn expecting(case: &Case, mut engine: Engine) -> Engine {
+    if case.feeds() {
+        engine.expect_arrivals();
+    }
+    let opens = |d: usize, upper: usize| {
+        case.boundary[d][upper].is_open() && !case.holds_grains(d, upper) && !case.walls_move()
+    };
+    engine.let_leave([0, 1, 2].map(|d| [0, 1].map(|upper| opens(d, upper))));
+    engine
 }
 
 /// The grains that have a place from the start, come to rest if the case asks for it; `None` if stopped before.

@@ -1,6 +1,6 @@
 //! One grid for water, air and grains, as a run drives it.
 
-use sazanami_dem::{ContactReport, DemError, Engine};
+use sazanami_dem::{ContactReport, DemError, Engine, Grain};
 use sazanami_mics::pressure::PressureError;
 use sazanami_mics::solver::{Phase, Solver, StepError, StepReport};
 use sazanami_mics::stability::Step;

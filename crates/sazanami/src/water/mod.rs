@@ -3,7 +3,7 @@
 pub(crate) mod mics;
 pub(crate) mod mps;
 
-use sazanami_dem::{ContactReport, DemError, Engine};
+use sazanami_dem::{ContactReport, DemError, Engine, Grain};
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::mean_flow::{MeanFlow, MeanFlowReport};
@@ -67,6 +67,10 @@ macro_rules! named_alike {
             self.release(which)
         }
 
+        fn feed(&mut self, fed: &[Grain], which: impl Fn(u64) -> bool + Sync) -> Result<(), DemError> {
+            self.feed(fed, which)
+        }
+
         fn mean_flow(report: &StepReport) -> Option<&MeanFlowReport> {
             report.mean_flow.as_ref()
         }
@@ -118,6 +122,9 @@ pub(crate) trait Water: Sized {
 
     /// Lets the held grains whose identifier `which` takes move from now on; returns how many did not before. Collective.
     fn release(&mut self, which: impl Fn(u64) -> bool + Sync) -> Result<usize, DemError>;
+
+    /// Feeds in grains, which every rank gives alike, and lets those go whose identifier `which` takes. Collective.
+    fn feed(&mut self, fed: &[Grain], which: impl Fn(u64) -> bool + Sync) -> Result<(), DemError>;
 
     /// The mean velocity that is held, if one is, and the force that held it in a step.
     fn mean_flow(report: &Self::Report) -> Option<&MeanFlowReport>;

@@ -1,6 +1,6 @@
 //! Moving particles of water that overlap grains, as a run drives them.
 
-use sazanami_dem::{ContactReport, DemError, Engine};
+use sazanami_dem::{ContactReport, DemError, Engine, Grain};
 use sazanami_mps::pressure::PressureError;
 use sazanami_mps::solver::{Forcing, Phase, Solver, StepError, StepReport};
 use sazanami_mps::stability::StableStep;

@@ -7,7 +7,7 @@ mod series;
 mod soaked;
 mod summary;
 
-use sazanami_dem::Departures;
+use sazanami_dem::{Arrivals, Departures};
 use sazanami_io::table::{Column, Value};
 use sazanami_mics::momentum::{Impulses, StoredMomentum};
 use sazanami_mics::solver::{Solver, StepReport};
@@ -80,6 +80,7 @@ pub(crate) struct GridObserver {
     findings: Findings,
     energies: Energies,
     departures: Departures,
+    arrivals: Arrivals,
     /// Largest place of the interface along x1 \[m], if there is liquid.
     front: Option<Real>,
     /// What surface tension acts on, if there is any.
@@ -175,6 +176,7 @@ impl Observer for GridObserver {
             findings: Findings { drops: drops(job.case), ..Findings::default() },
             energies: Energies::default(),
             departures: Departures::default(),
+            arrivals: Arrivals::default(),
             front: None,
             interface: None,
         }
@@ -206,10 +208,12 @@ impl Observer for GridObserver {
             momentum.set_stored(stored.terms());
             let before = StoredMomentum::from_terms(momentum.initial().map(|(_, term)| term));
             let impulses = Impulses::from_terms(momentum.impulses().map(|(_, impulse)| impulse));
-            let departed = solver.grains().engine().departures().momentum;
-            momentum.note_exchange(stored.grains + departed - before.grains - impulses.on_grains());
+            let engine = solver.grains().engine();
+            let passed = engine.departures().momentum - engine.arrivals().momentum;
+            momentum.note_exchange(stored.grains + passed - before.grains - impulses.on_grains());
         }
         self.departures.clone_from(solver.grains().engine().departures());
+        self.arrivals.clone_from(solver.grains().engine().arrivals());
         let own = solver.grains().engine().grains();
         let mine: Real = (0..own.owned()).map(|n| own.kinetic_energy(n)).sum();
         self.energies = Energies { fluid: solver.fluid_energy(), grains: domain.sum([mine])[0] };

@@ -82,7 +82,7 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<GridObserver>] = quantities! 
         => |row| row.totals.corrections.clipped_volume.into();
     "liquid_volume_relative_change", "", "change of the transported liquid volume since the start, over that at the start"
         => |row| row.observer.findings.liquid_relative_change.into();
-    "wet_liquid_volume_relative_change", "", "the same of the liquid outside grains: water that soaks into the bed counts as lost"
+    "wet_liquid_volume_relative_change", "", "the same of the liquid outside grains: with `exchange = \"stress\"` liquid that grains cover counts as lost"
         => |row| row.observer.findings.wet_relative_change.into();
     "kinetic_energy_fluid", "J", "kinetic energy of liquid and gas" => |row| row.observer.energies.fluid.into();
     "kinetic_energy_grains", "J", "kinetic energy of the grains" => |row| row.observer.energies.grains.into();
@@ -91,6 +91,8 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<GridObserver>] = quantities! 
     "departed_grains", "", "grains that have left through open sides so far"
         => |row| row.observer.departures.grains.into();
     "departed_mass", "kg", "their mass" => |row| row.observer.departures.mass.into();
+    "fed_grains", "", "grains that were fed in so far" => |row| row.observer.arrivals.grains.into();
+    "fed_mass", "kg", "their mass" => |row| row.observer.arrivals.mass.into();
     "momentum_liquid_3", "N s", "momentum of the liquid along x3" => |row| of_stored(row, |stored| stored.liquid.z);
     "momentum_gas_3", "N s", "momentum of the gas along x3" => |row| of_stored(row, |stored| stored.gas.z);
     "momentum_grains_3", "N s", "momentum of the grains along x3" => |row| of_stored(row, |stored| stored.grains.z);
@@ -104,7 +106,7 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<GridObserver>] = quantities! 
         => |row| of_impulses(row, |impulses| (impulses.gravity_on_fluid + impulses.gravity_on_grains).z);
     "impulse_displaced_mass_flux_3", "N s", "momentum brought by the fluid that grains displace"
         => |row| of_impulses(row, |impulses| impulses.displaced_mass_flux.z);
-    "impulse_open_sides_3", "N s", "momentum through open sides along x3, that of grains that leave and of clipped liquid included"
+    "impulse_open_sides_3", "N s", "momentum through open sides along x3, that of grains that leave or are fed in and of clipped liquid included"
         => |row| of_impulses(row, |impulses| impulses.open_sides.z);
     "impulse_held_grains_3", "N s", "impulse on grains that are held, along x3"
         => |row| of_impulses(row, |impulses| impulses.held_grains.z);

@@ -9,6 +9,7 @@ mod probes;
 mod rim;
 mod series;
 
+use sazanami_dem::{Arrivals, Departures};
 use sazanami_io::table::{Column, Value};
 use sazanami_mps::solver::Solver;
 use sazanami_mps::stability::COMPRESSIBLE;
@@ -34,7 +35,7 @@ use rim::Rim;
 pub(super) use series::{BED, CONSERVATION, LAYERS, WATER};
 
 const INITIAL: &str = "observe/initial_tank";
-const FIRST_LAYERS: &str = "observe/initial_layers";
+const FIRST_LAYERS: &str = "observe/initial_layers_of_grains";
 const HIGHEST: &str = "observe/highest_water";
 
 /// The tables of probes as the reference page has them.
@@ -105,8 +106,8 @@ pub(crate) struct ParticleObserver {
     gathered_at: Option<Real>,
     /// Bulk volume of the fluid at the start [m^3].
     first_volume: Real,
-    /// Layer of each grain at the start, by its place among them; empty if layers follow the grains.
-    first_layers: Vec<u64>,
+    /// Identifier and layer of each grain at the start; empty if layers follow the grains.
+    first_layers: Vec<[u64; 2]>,
     water: SurfaceProfile,
     /// Highest level of the water at any measurement \[m], if there was any.
     highest: Option<Real>,
@@ -118,6 +119,8 @@ pub(crate) struct ParticleObserver {
     sums: TankSums,
     /// Budget of the fluid's momentum, in the frame of its places.
     momentum: FluidMomentumBudget,
+    departures: Departures,
+    arrivals: Arrivals,
 }
 
 impl ParticleObserver {
@@ -143,10 +146,14 @@ impl ParticleObserver {
         };
         let layers = ripples::Layers { reference, thickness: case.layer_thickness, range: case.layer_range() };
         let gathered = &self.gathered;
-        let of_grains = if self.first_layers.len() == gathered.grains.position.len() {
-            self.first_layers.iter().map(|&number| layer_of(number)).collect()
-        } else {
+        let first = |id: &u64| {
+            let at = self.first_layers.binary_search_by_key(id, |[id, _]| *id).ok()?;
+            layer_of(self.first_layers[at][1])
+        };
+        let of_grains = if self.first_layers.is_empty() {
             layers.sort(&gathered.grains.position)
+        } else {
+            gathered.grains.id.iter().map(first).collect()
         };
         let of_water = layers.sort(&gathered.water.position);
         let grains = ripples::LayerGrains {
@@ -247,6 +254,8 @@ impl Observer for ParticleObserver {
             found: None,
             sums: TankSums::default(),
             momentum: FluidMomentumBudget::default(),
+            departures: Departures::default(),
+            arrivals: Arrivals::default(),
         }
     }
 
@@ -254,7 +263,8 @@ impl Observer for ParticleObserver {
         match job.resumed.as_ref().filter(|state| state.run.flows()) {
             Some(state) => {
                 self.first_volume = state.snapshot.reals_of(INITIAL, 1)?[0];
-                self.first_layers = state.snapshot.u64(FIRST_LAYERS)?.to_vec();
+                let layers = state.snapshot.u64(FIRST_LAYERS)?;
+                self.first_layers = layers.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect();
                 // Checkpoints of earlier versions do not have it.
                 self.highest = state.snapshot.reals(HIGHEST).ok().and_then(|level| level.first().copied());
                 self.momentum = FluidMomentumBudget::restore(&state.snapshot)?;
@@ -269,8 +279,9 @@ impl Observer for ParticleObserver {
                     let reference = ripples::LayerReference::Floor(self.tank.floor);
                     let layers =
                         ripples::Layers { reference, thickness: case.layer_thickness, range: case.layer_range() };
+                    let of_grains = layers.sort(&self.gathered.grains.position).into_iter().map(number_of);
                     self.first_layers =
-                        layers.sort(&self.gathered.grains.position).into_iter().map(number_of).collect();
+                        self.gathered.grains.id.iter().copied().zip(of_grains).map(<[u64; 2]>::from).collect();
                 }
             }
         }
@@ -411,7 +422,7 @@ impl Observer for ParticleObserver {
 
     fn save(&self, snapshot: &mut Snapshot) {
         snapshot.put_reals(INITIAL, vec![self.first_volume]);
-        snapshot.put_u64(FIRST_LAYERS, self.first_layers.clone());
+        snapshot.put_u64(FIRST_LAYERS, self.first_layers.as_flattened().to_vec());
         snapshot.put_reals(HIGHEST, self.highest.into_iter().collect());
         self.momentum.save(snapshot);
     }
@@ -436,6 +447,8 @@ impl ParticleObserver {
         self.gather(water, time);
         self.sums = self.gathered.sums(water, self.gravity);
         self.momentum.balance(water.fluid_momentum());
+        self.departures.clone_from(water.grains().engine().departures());
+        self.arrivals.clone_from(water.grains().engine().arrivals());
         if !self.gathered.leads {
             return;
         }

@@ -71,6 +71,8 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<ParticleObserver>] = quantiti
         => |row| of_step(row, |step| step.stabilised_pairs);
     "stabilisation_work", "J", "work of these pushes (negative: taken from the water)"
         => |row| of_step(row, |step| step.stabilisation_work);
+    "largest_viscosity", "m^2/s", "largest kinematic viscosity: that of the water, with `particles.turbulence` and eddies on top"
+        => |row| of_step(row, |step| step.largest_viscosity);
     "largest_shift", "m", "longest displacement by particle shifting"
         => |row| of_step(row, |step| step.largest_shift);
     "collisions", "", "pairs nearer than half a spacing that collided; 0, at violent moments up to 5"
@@ -106,6 +108,11 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<ParticleObserver>] = quantiti
     "fluid_momentum_residual_2", "N s", "the same along x2" => |row| row.observer.momentum.residual().y.into();
     "fluid_momentum_residual_3", "N s", "along x3; at rest the weight of half a layer of particles, since the pressure vanishes in the middle of the particles at the surface"
         => |row| row.observer.momentum.residual().z.into();
+    "departed_grains", "", "grains that have left through open sides so far"
+        => |row| row.observer.departures.grains.into();
+    "departed_mass", "kg", "their mass" => |row| row.observer.departures.mass.into();
+    "fed_grains", "", "grains that were fed in so far" => |row| row.observer.arrivals.grains.into();
+    "fed_mass", "kg", "their mass" => |row| row.observer.arrivals.mass.into();
     "grain_height", "m", "mean height of the grains above the floor" => |row| with_grains(row, |sums| sums.grain_height);
     "bed_law_share", "", "share of the grains under the drag law of dense beds (ratio of number densities above 0.4)"
         => |row| with_grains(row, |sums| sums.bed_share);
@@ -132,6 +139,14 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<ParticleObserver>] = quantiti
 
 /// Fields of `conservation` in the summary.
 pub(in crate::recorder) const CONSERVATION: &[Field<ParticleObserver>] = quantities! {
+    "departed_grains", "", "grains that have left through open sides" => |observer| json!(observer.departures.grains);
+    "departed_mass", "kg", "their mass" => |observer| json!(observer.departures.mass);
+    "departed_momentum", "N s", "momentum that they left with"
+        => |observer| json!(observer.departures.momentum.to_array());
+    "fed_grains", "", "grains that were fed in" => |observer| json!(observer.arrivals.grains);
+    "fed_mass", "kg", "their mass" => |observer| json!(observer.arrivals.mass);
+    "fed_momentum", "N s", "momentum that they had when forces began to move them"
+        => |observer| json!(observer.arrivals.momentum.to_array());
     "liquid_volume_relative_change", "", "as `fluid_bulk_volume_relative_change`"
         => |observer| json!(observer.volume_change());
     "momentum_residual_relative", "", "largest part of `fluid_momentum_residual_relative`"
