@@ -142,7 +142,14 @@ pub fn check_fall(case: &Case, cx: &mut Context<'_>) {
                 .help(way_out);
         } else if pull[d].abs() >= pull.abs().max_element() && !case.grains.iter().any(is_held) {
             cx.report
-                .warning(place, format!("grains and fluid fall {along} together"))
+                .warning(
+                    place,
+                    if case.grains.is_empty() {
+                        format!("the fluid falls {along} against friction alone")
+                    } else {
+                        format!("grains and fluid fall {along} together")
+                    },
+                )
                 .label("these sides are periodic, and friction alone holds the flow back")
                 .help(way_out);
         }

@@ -47,7 +47,7 @@ pub fn explain(path: &str) -> Explained {
         }
     }
     match removed::instead_of(path, None) {
-        Some(instead) => Explained::Text(format!("{path}\n  no key any more: {instead}\n")),
+        Some(instead) => Explained::Text(format!("{path}\n  no longer a key: {instead}\n")),
         None => unknown(&names, &docs),
     }
 }

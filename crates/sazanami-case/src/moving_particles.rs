@@ -3,7 +3,7 @@
 mod films;
 mod gates;
 
-use sazanami_mps::scheme::{CONJUGATE_RADIUS, ParticleProjection};
+use sazanami_mps::scheme::{CONJUGATE_RADIUS, ParticleProjection, Turbulence};
 use sazanami_numerics::Real;
 
 use crate::case::Case;
@@ -59,6 +59,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     check_seeded_ripples(case, cx);
     check_smoothing(case, cx);
     check_projection(case, cx, particles);
+    check_turbulence(case, cx, particles);
     check_reach(case, cx, particles);
     check_lattice(case, cx, particles);
     if let Some(TankMotion::File { curve, .. }) = case.frame.as_ref().and_then(|frame| frame.motion.as_ref())
@@ -169,6 +170,28 @@ fn check_projection(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
             .label(format!("with {}, still water does not stay at rest", particles.radius))
             .help(format!("write `radius = {CONJUGATE_RADIUS}` or more, or leave it out"));
     }
+}
+
+/// Eddies have viscous water to act in and a bed or a floor to grow from.
+fn check_turbulence(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
+    if particles.turbulence == Turbulence::None {
+        return;
+    }
+    let held = case.boundary[2][0] == BoundarySide::NoSlip;
+    let (label, help) = if particles.projection == ParticleProjection::Enhanced {
+        ("the published scheme has none", "leave `turbulence` or `preset = \"paper_literal\"` out")
+    } else if case.fluid.liquid.viscosity <= 0.0 {
+        ("the liquid has no viscosity", "write `fluid.liquid.kinematic_viscosity = \"1e-6 m^2/s\"` for water")
+    } else if case.grains.is_empty() && !held {
+        (
+            "there is neither a bed nor a floor that holds the water",
+            "write `boundary.x3_lower = \"no_slip\"`, or leave `turbulence` out",
+        )
+    } else {
+        return;
+    };
+    let span = cx.places.of("particles.turbulence");
+    cx.report.error_at(span, "the mixing length has nothing to work with").label(label).help(help);
 }
 
 /// Grains read several particles of water.

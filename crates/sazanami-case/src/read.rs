@@ -423,7 +423,7 @@ impl<'a> Context<'a> {
 
     /// A key or choice of an earlier version.
     pub(crate) fn removed(&mut self, what: &str, name: &str, span: Range<usize>, instead: &str) {
-        self.report.error(span, format!("`{name}` is no {what} any more")).label("of an earlier version").help(instead);
+        self.report.error(span, format!("`{name}` is no longer a {what}")).label("of an earlier version").help(instead);
     }
 
     /// The alternative that is chosen, by its number, with its table.

@@ -1,11 +1,11 @@
-//! Checks of the surface tension of a case.
+//! Checks of the surface tension of a case and of its contact angles.
 
 use sazanami_numerics::Real;
 
 use crate::case::Case;
 use crate::presets::Solver;
 use crate::read::Context;
-use crate::tables::PressureForm;
+use crate::tables::{BoundarySide, PressureForm, SIDE_NAMES};
 use crate::units::rounded;
 
 /// Largest surface tension that is believed: molten tungsten has 2.5 N/m, mercury 0.49 N/m [N/m].
@@ -13,8 +13,12 @@ const LARGEST: Real = 5.0;
 /// Smallest that is not doubted: liquids near their critical point have less, and liquid helium [N/m].
 const SMALLEST: Real = 1e-3;
 
+/// Contact angles between which the columns beside the wall end, whatever way the line of contact runs [degrees].
+const IN_COLUMNS: [Real; 2] = [20.0, 160.0];
+
 /// Reports a surface tension that no liquid has, and what it does not go with.
 pub fn check(case: &Case, cx: &mut Context<'_>) {
+    check_angles(case, cx);
     let Some(sigma) = case.fluid.surface_tension.filter(|sigma| *sigma != 0.0) else { return };
     let span = cx.places.near("fluid.surface_tension");
     if sigma > LARGEST {
@@ -46,5 +50,47 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
             .error_at(span, "surface tension and a carrying flow")
             .label("the flow is given: no force acts on it")
             .help("leave out one of the two");
+    }
+}
+
+/// Reports contact angles that are none, or that no wall has.
+fn check_angles(case: &Case, cx: &mut Context<'_>) {
+    let Some(angles) = case.fluid.contact_angle else { return };
+    if case.fluid.surface_tension.is_none_or(|sigma| sigma == 0.0) {
+        cx.report
+            .error_at(cx.places.near("fluid.contact_angle"), "contact angles without surface tension")
+            .label("it is surface tension that pulls the interface to its angle")
+            .help("add `surface_tension = \"72.8 mN/m\"` (water), or leave out `fluid.contact_angle`");
+    }
+    for (name, angle, sides) in angles.given().filter(|(_, angle, _)| !angle.is_nan()) {
+        let span = cx.places.near(&format!("fluid.contact_angle.{name}"));
+        let degrees = rounded(angle.to_degrees());
+        if angle <= 0.0 || angle >= std::f64::consts::PI {
+            cx.report
+                .error_at(span.clone(), format!("a contact angle of {degrees} degrees"))
+                .label("it has to lie between 0 and 180 degrees")
+                .help("write it with its unit, `\"60 deg\"`; liquid that wets has less than 90 degrees");
+        } else if !(IN_COLUMNS[0]..=IN_COLUMNS[1]).contains(&angle.to_degrees()) {
+            cx.report
+                .warning(span.clone(), format!("a contact angle of {degrees} degrees is hardly resolved"))
+                .label("the wedge at the wall is longer than the columns of cells that its curvature comes from")
+                .help("angles from 20 to 160 degrees are");
+        }
+        let is_wall = |side: &BoundarySide| {
+            matches!(side, BoundarySide::NoSlip | BoundarySide::Slip | BoundarySide::Moving { .. })
+        };
+        if let Some([d, upper]) = sides.iter().find(|[d, upper]| !is_wall(&case.boundary[*d][*upper])) {
+            cx.report
+                .error_at(span, format!("a contact angle at {}, which is no wall", SIDE_NAMES[*d][*upper]))
+                .label("liquid meets walls at an angle, not open or periodic sides")
+                .help(format!("leave out `{name}`, or make the side \"no_slip\""));
+        } else if name == "all"
+            && !case.boundary.iter().flatten().any(|side| is_wall(side) && *side != BoundarySide::Slip)
+        {
+            cx.report
+                .error_at(span, "a contact angle at all walls, and none holds the fluid")
+                .label("`all` leaves out `slip` walls, which may be planes of symmetry")
+                .help("name the wall: `fluid.contact_angle.x3_lower`");
+        }
     }
 }

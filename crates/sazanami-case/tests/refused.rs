@@ -90,19 +90,19 @@ fn keys_and_words_of_earlier_versions_are_refused_with_what_took_their_place() {
     let found = findings(&["overlap.sphere_drag=dalla_valle"]);
     assert_eq!(found.len(), 1, "{found:#?}");
     assert!(
-        found[0].starts_with("`sphere_drag` is no key any more | ") && found[0].contains("di_felice"),
+        found[0].starts_with("`sphere_drag` is no longer a key | ") && found[0].contains("di_felice"),
         "{found:#?}"
     );
     assert!(matches!(explain("overlap.sphere_drag"), Explained::Text(text) if text.contains("di_felice")));
-    refused("coupling.friction=distance", "`friction` is no key any more");
-    refused("coupling.alpha=subcell(4)", "`subcell` is no choice any more");
-    refused("fluid.limiter=minmod", "`minmod` is no choice any more");
-    refused("particles={ spacing = \"1 mm\", weight = \"c2\" }", "`weight` is no key any more | the weight is");
+    refused("coupling.friction=distance", "`friction` is no longer a key");
+    refused("coupling.alpha=subcell(4)", "`subcell` is no longer a choice");
+    refused("fluid.limiter=minmod", "`minmod` is no longer a choice");
+    refused("particles={ spacing = \"1 mm\", weight = \"c2\" }", "`weight` is no longer a key | the weight is");
     let stabilised = "particles={ spacing = \"1 mm\", projection = \"enhanced\", stabilisation = \"off\" }";
-    refused(stabilised, "`stabilisation` is no key any more | `projection = \"enhanced\"` is stabilised as published");
+    refused(stabilised, "`stabilisation` is no longer a key | `projection = \"enhanced\"` is stabilised as published");
     // Controls: a key and a word that never were.
     refused("overlap.sphere_dragg=dalla_valle", "unknown key `sphere_dragg`");
-    refused("fluid.limiter=minmodd", "`minmodd` is no choice for `limiter`");
+    refused("fluid.limiter=minmodd", "`minmodd` is not a choice for `limiter`");
 }
 
 #[test]

@@ -10,7 +10,7 @@ use crate::error::DemError;
 /// Grains in a block of parallel work.
 pub(crate) const ROWS: usize = 64;
 /// Number of values that a coupled solver may store with each grain ([`Grains::attached`]).
-pub const ATTACHED: usize = 28;
+pub const ATTACHED: usize = 32;
 /// The first of them, which every snapshot has; the others are stored where some are not zero.
 pub(crate) const ALWAYS_STORED: usize = 20;
 

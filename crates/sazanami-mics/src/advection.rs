@@ -23,7 +23,7 @@ use sazanami_numerics::grid::GHOSTS;
 use sazanami_parallel::for_each_chunk;
 
 use crate::boundary::{Boundary, Opening};
-use crate::interface::{InterfaceScheme, RESIDUE, neighbourhood};
+use crate::interface::{InterfaceScheme, RESIDUE, Wetting};
 pub use crate::limiter::Limiter;
 use crate::limiter::{Slope, Unlimited, VanLeer};
 use crate::outside::place_on_side;
@@ -78,6 +78,7 @@ pub(crate) struct Sweep<'a> {
     /// Normal velocity on the faces of `direction` [m/s].
     pub face_velocity: &'a [Real],
     pub interface: InterfaceScheme,
+    pub wetting: Wetting,
     pub convection: Convection,
     /// Density is `density[0] + density[1] C` [kg/m^3].
     pub density: [Real; 2],
@@ -197,12 +198,11 @@ impl<'a> Sweep<'a> {
 
     /// Replaces the fluxes out of cells that hold an interface.
     fn interface_fluxes(&self, c: &[Real], start: usize, courant: &[Real], liquid: &mut [Real]) {
-        let strides = self.domain.strides();
-        let behind = strides[self.direction] as usize;
+        let behind = self.domain.strides()[self.direction] as usize;
         for (i, (&courant, liquid)) in courant.iter().zip(liquid).enumerate() {
             let donor = if courant > 0.0 { start + i - behind } else { start + i };
             if c[donor] > 0.0 && c[donor] < 1.0 && courant != 0.0 {
-                *liquid = self.interface.donated(&neighbourhood(c, donor, strides), self.direction, courant);
+                *liquid = self.interface.donated(&self.wetting.neighbourhood(c, donor), self.direction, courant);
             }
         }
     }

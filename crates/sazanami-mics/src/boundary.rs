@@ -83,11 +83,15 @@ pub enum BoundaryError {
     },
 }
 
+/// The angle without another at all sides \[rad].
+const RIGHT_ANGLES: [[Real; 2]; 3] = [[std::f64::consts::FRAC_PI_2; 2]; 3];
+
 /// The six sides of the box: lower and upper in each direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Boundary {
     sides: [[Side; 2]; 3],
     outside_gravity: Vector,
+    contact_angles: [[Real; 2]; 3],
 }
 
 impl Boundary {
@@ -96,7 +100,7 @@ impl Boundary {
     /// # Errors
     /// [`BoundaryError`] if the sides contradict each other.
     pub fn new(sides: [[Side; 2]; 3]) -> Result<Self, BoundaryError> {
-        let boundary = Self { sides, outside_gravity: Vector::ZERO };
+        let boundary = Self { sides, outside_gravity: Vector::ZERO, contact_angles: RIGHT_ANGLES };
         for (direction, pair) in sides.iter().enumerate() {
             if (pair[0] == Side::Periodic) != (pair[1] == Side::Periodic) {
                 return Err(BoundaryError::UnpairedPeriodicSide { direction });
@@ -123,16 +127,31 @@ impl Boundary {
         self.outside_gravity
     }
 
+    /// Gives walls the angles in the liquid at which an interface with surface tension meets them \[rad], between 0 and pi; those of sides
+    /// that are no walls are not used. Without, it meets them at a right angle.
+    #[must_use]
+    pub fn with_contact_angles(self, contact_angles: [[Real; 2]; 3]) -> Self {
+        Self { contact_angles, ..self }
+    }
+
+    /// Cotangent of the contact angle of a side; 0 at a right angle, and of sides that are no walls.
+    pub(crate) fn cotangent(&self, direction: usize, side: usize) -> Real {
+        let angle = self.contact_angles[direction][side];
+        // The cotangent of the nearest number to a right angle is not zero.
+        let is_right = (angle - RIGHT_ANGLES[0][0]).abs() < 1e-12;
+        if self.sides[direction][side].is_wall() && !is_right { 1.0 / angle.tan() } else { 0.0 }
+    }
+
     /// A closed box with no-slip walls.
     #[must_use]
     pub fn closed() -> Self {
-        Self { sides: [[Side::NoSlip; 2]; 3], outside_gravity: Vector::ZERO }
+        Self { sides: [[Side::NoSlip; 2]; 3], outside_gravity: Vector::ZERO, contact_angles: RIGHT_ANGLES }
     }
 
     /// A box that is periodic in all directions.
     #[must_use]
     pub fn all_periodic() -> Self {
-        Self { sides: [[Side::Periodic; 2]; 3], outside_gravity: Vector::ZERO }
+        Self { sides: [[Side::Periodic; 2]; 3], outside_gravity: Vector::ZERO, contact_angles: RIGHT_ANGLES }
     }
 
     /// Boundary conditions on the lower and the upper side in each direction.

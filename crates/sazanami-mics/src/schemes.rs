@@ -49,8 +49,8 @@ choices! {
     /// Time integration of the viscous stress.
     #[derive(Default)]
     pub enum ViscosityScheme {
-        /// The stress before in steps so short that it errs no more than backward Euler, else backward Euler; always that
-        /// where grains act by their surfaces.
+        /// The stress at the start of the step where the step is so short that this is as accurate as backward Euler, else backward
+        /// Euler; always backward Euler where grains act by their surfaces.
         #[default]
         Auto = "auto",
         /// Backward Euler.
@@ -58,7 +58,7 @@ choices! {
         /// The stress at the start for half a step before the transport, backward Euler for half a step
         /// after it: second order in time.
         CrankNicolson = "crank_nicolson",
-        /// The stress before; limits the time step.
+        /// The stress at the start of the step; limits the time step.
         Explicit = "explicit",
         /// No viscous stress.
         Off = "off",

@@ -12,10 +12,11 @@
 //! Zemach (1992), J. Comput. Phys. 100, 335; balance: Francois et al. (2006), J. Comput. Phys. 213, 141, and Popinet (2009), J. Comput.
 //! Phys. 228, 5838.
 //!
-//! On a face kappa is the mean of the cells beside it that have an interface; that of cells where heights fail has a weight of C (1 - C). At walls the liquid meets the wall at 90 degrees: it goes
-//! on behind as its mirror image. Where grains are, the liquid fraction goes on in the covered part as the transport has it there, and the
-//! interface with it: there is no contact angle. Grains get their part of the jump with that of the pressure, the pull of the line in
-//! which the interface meets them included; between cells that grains cover whole there is none.
+//! On a face kappa is the mean of the cells beside it that have an interface; that of cells where heights fail has a weight of C (1 - C). The
+//! interface meets walls at their contact angles, 90 degrees where none is given: it goes on behind them at that angle, and the pull of the
+//! walls is in the curvature beside them. Where grains are, the liquid fraction goes on in the covered part as the transport has it there,
+//! and the interface with it: there is no contact angle. Grains get their part of the jump with that of the pressure, the pull of the line
+//! in which the interface meets them included; between cells that grains cover whole there is none.
 
 mod columns;
 mod curvature;
@@ -29,7 +30,7 @@ use sazanami_numerics::{Real, Vector};
 use crate::boundary::Boundary;
 use crate::flow::Flow;
 use crate::fluids::Fluids;
-use crate::interface::neighbourhood;
+use crate::interface::Plane;
 use crate::mobility::{Mobility, RowSet};
 use curvature::{Found, Surroundings, largest_curvature};
 use heights::Heights;
@@ -205,7 +206,7 @@ impl SurfaceTension {
             Curvature::Given(kappa) => self.found.kappa.fill(kappa),
             Curvature::Found => {
                 self.heights.find(domain, &flow.volume_fraction);
-                let around = Surroundings { c, heights: &self.heights, strides, spacing: domain.grid().spacing };
+                let around = Surroundings::new(domain, c, &self.heights);
                 self.found.find(domain, &around);
             }
         }
@@ -345,16 +346,17 @@ impl SurfaceTension {
         SurfaceTensionReport { impulse, ..self.report }
     }
 
-    /// Energy of the interface over all ranks \[J]: sigma times the area of the planes in the cells; ghosts of the liquid fraction filled.
+    /// Energy of the interface over all ranks \[J]: sigma times the area of the planes in the cells, less sigma cos(theta) times the area of
+    /// walls that is wet (Young); ghosts of the liquid fraction filled.
     #[must_use]
     pub fn energy(&self, domain: &Domain, flow: &Flow) -> Real {
         let (c, strides) = (flow.volume_fraction.data(), domain.strides());
-        let around = Surroundings { c, heights: &self.heights, strides, spacing: domain.grid().spacing };
+        let around = Surroundings::new(domain, c, &self.heights);
         let area = domain.sum_rows(&domain.interior(), |row| {
             let mut area = 0.0;
             for at in row.shifted(0) {
                 if (heights::PURE..=1.0 - heights::PURE).contains(&c[at]) {
-                    area += around.facet(&neighbourhood(c, at, strides)).map_or(0.0, |facet| facet.area);
+                    area += around.facet(&around.wetting.neighbourhood(c, at)).map_or(0.0, |facet| facet.area);
                 } else {
                     // An interface on a face is counted from the full cell.
                     for (d, s) in strides.into_iter().enumerate().filter(|_| c[at] > 0.5) {
@@ -366,7 +368,32 @@ impl SurfaceTension {
             }
             [area]
         });
-        self.coefficient * domain.sum(area)[0]
+        self.coefficient * (domain.sum(area)[0] - domain.sum([self.wet_area(domain, &around)])[0])
+    }
+
+    /// Area of the walls of this rank that is wet, each times the cosine of its contact angle [m^2].
+    fn wet_area(&self, domain: &Domain, around: &Surroundings<'_>) -> Real {
+        let (c, wetting) = (around.c, around.wetting);
+        let sides = (0..6).map(|n| (n / 2, n % 2)).filter(|&(d, side)| wetting.cotangent(d, side) != 0.0);
+        sides
+            .map(|(d, side)| {
+                let cotangent = wetting.cotangent(d, side);
+                let mut range = domain.interior();
+                range[d] = if side == 0 { 0..1 } else { range[d].end - 1..range[d].end };
+                let [wet] = domain.sum_rows(&range, |row| {
+                    let share = |at: usize| {
+                        if (heights::PURE..=1.0 - heights::PURE).contains(&c[at]) {
+                            let plane = Plane::through(&wetting.neighbourhood(c, at));
+                            plane.map_or(c[at], |plane| plane.share_of_face(d, side == 1))
+                        } else {
+                            c[at].round()
+                        }
+                    };
+                    [row.shifted(0).map(share).sum()]
+                });
+                wet * domain.grid().face_area(d) * cotangent / cotangent.hypot(1.0)
+            })
+            .sum()
     }
 }
 

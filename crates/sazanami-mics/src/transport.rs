@@ -9,7 +9,7 @@ use crate::boundary::Boundary;
 use crate::flow::{Flow, StateFields};
 use crate::grains::Imprint;
 use crate::grains::room::{Room, SettleReport};
-use crate::interface::ResidueReport;
+use crate::interface::{ResidueReport, Wetting};
 use crate::outside::Outside;
 use crate::schemes::{Carrier, ViscosityScheme};
 
@@ -100,6 +100,7 @@ impl Flow {
         let rules: [GhostRules; 3] = std::array::from_fn(|d| boundary.face_velocity_rules(d));
         let [f1, f2, f3] = face_velocity;
         domain.fill_halos_to(1, &mut [(f1, &rules[0]), (f2, &rules[1]), (f3, &rules[2])]);
+        let wetting = Wetting::new(domain, boundary);
         let moves_velocity = schemes.convection != Convection::Off;
         let mass_density = fluids.density_line();
         let density = if schemes.convection == Convection::VelocityForm { [1.0, 0.0] } else { mass_density };
@@ -110,6 +111,7 @@ impl Flow {
                 dt_dx: dt / domain.grid().spacing[direction],
                 face_velocity: [&*f1, &*f2, &*f3][direction].data(),
                 interface: schemes.interface,
+                wetting,
                 convection: schemes.convection,
                 density,
                 openings: Sweep::openings_of(domain, boundary, direction),

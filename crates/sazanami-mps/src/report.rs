@@ -57,6 +57,8 @@ pub struct StepReport {
     pub stabilised_pairs: usize,
     /// Work done by the stabilisation \[J].
     pub stabilisation_work: Real,
+    /// Largest kinematic viscosity, fluid and eddies together [m^2/s]; 0 with the published scheme.
+    pub largest_viscosity: Real,
     /// Largest displacement by shifting \[m].
     pub largest_shift: Real,
     /// Pairs that collided, fluid with fluid or fluid with wall.

@@ -9,13 +9,27 @@ choices! {
     /// Projection of the velocities to zero divergence.
     #[derive(Default)]
     pub enum ParticleProjection {
-        /// The pressure force is the negative transpose of the divergence: it keeps momentum and never adds kinetic energy;
-        /// pressure zero lies beyond the outermost particles by itself (`docs/decisions/0018-scheme-of-moving-particles.md`).
+        /// The pressure force is the negative transpose of the divergence: it keeps momentum and never adds kinetic energy. No
+        /// pressure is prescribed at a surface; it is zero beyond the outermost particles
+        /// (`docs/decisions/0018-scheme-of-moving-particles.md`).
         #[default]
         Conjugate = "conjugate",
-        /// The published MPS-HS-HL-ECS-GC-DS: a Laplacian with a source, pressure zero at the particles found at the surface, a
-        /// corrected gradient, dynamic stabilisation.
+        /// The published MPS-HS-HL-ECS-GC-DS, with `preset = "paper_literal"` alone: a Laplacian with a source, pressure zero at the
+        /// particles found at the surface, a corrected gradient, dynamic stabilisation.
         Enhanced = "enhanced",
+    }
+}
+
+choices! {
+    /// Turbulence that particles do not resolve.
+    #[derive(Default)]
+    pub enum Turbulence {
+        /// None: the flow is laminar, or as turbulent as the particles make it.
+        #[default]
+        None = "none",
+        /// An eddy viscosity by Prandtl's mixing length, which grows from walls that hold the water and from the bed (Maurin et al.
+        /// 2015): for beds under turbulent flow.
+        MixingLength = "mixing_length",
     }
 }
 
@@ -50,6 +64,8 @@ pub struct Scheme {
     /// Time over which an error of the number density relaxes, in flow time scales (half a millisecond for slowly
     /// moving water at a spacing of 1 mm); infinite, no relaxation, in negative controls.
     pub relaxation: Real,
+    /// Turbulence that the particles do not resolve, with [`ParticleProjection::Conjugate`].
+    pub turbulence: Turbulence,
 }
 
 impl Default for Scheme {
@@ -62,13 +78,13 @@ impl Scheme {
     /// The conjugate projection with a radius of influence, over the particle spacing.
     #[must_use]
     pub const fn conjugate(radius: Real) -> Self {
-        Self { projection: ParticleProjection::Conjugate, radius, relaxation: 100.0 }
+        Self { projection: ParticleProjection::Conjugate, radius, relaxation: 100.0, turbulence: Turbulence::None }
     }
 
     /// The published MPS-HS-HL-ECS-GC-DS.
     #[must_use]
     pub const fn published() -> Self {
-        Self { projection: ParticleProjection::Enhanced, radius: ENHANCED_RADIUS, relaxation: 100.0 }
+        Self { projection: ParticleProjection::Enhanced, ..Self::conjugate(ENHANCED_RADIUS) }
     }
 
     /// Source of the pressure equation [1/s]: the `predicted` rate of compression plus the error-compensating terms

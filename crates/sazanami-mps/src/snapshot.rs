@@ -10,6 +10,7 @@ use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
 use crate::boundary::Tank;
 use crate::grains::GrainPhase;
 use crate::particles::ParticleRecord;
+use crate::scheme::Turbulence;
 use crate::solver::{Settings, SetupError, Solver};
 
 const ID: &str = "fluid/id";
@@ -22,6 +23,8 @@ const REFERENCE: &str = "fluid/reference";
 const DRAG_RATE: &str = "fluid/drag_rate";
 /// There only if grains were stepped without drag: it tells their rate of zero from that before the first step.
 const WITHOUT_DRAG: &str = "fluid/without_drag";
+/// There only with eddies: the largest viscosity of the last step, which limits the next.
+const VISCOSITY: &str = "fluid/largest_viscosity";
 /// Displacement and velocity of the walls.
 const WALLS: &str = "fluid/walls";
 /// Prefix of the sections of the grain engine.
@@ -57,6 +60,9 @@ impl Solver {
         snapshot.put_reals(DRAG_RATE, vec![self.grains.drag_rate()]);
         if self.grains.stepped_without_drag() {
             snapshot.put_u64(WITHOUT_DRAG, vec![1]);
+        }
+        if self.settings().scheme.turbulence != Turbulence::None {
+            snapshot.put_reals(VISCOSITY, vec![self.largest_viscosity]);
         }
         if let Some(flow) = &self.mean_flow {
             flow.save(&mut snapshot);
@@ -108,6 +114,9 @@ impl Solver {
         let rate = snapshot.reals_of(DRAG_RATE, 1)?[0];
         let stepped = rate > 0.0 || snapshot.u64_of(WITHOUT_DRAG, 1).is_ok();
         solver.grains.set_drag_rate(rate, stepped);
+        if solver.settings().scheme.turbulence != Turbulence::None {
+            solver.largest_viscosity = snapshot.reals_of(VISCOSITY, 1)?[0];
+        }
         Ok(solver)
     }
 }

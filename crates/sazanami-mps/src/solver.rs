@@ -72,6 +72,8 @@ pub struct Solver {
     columns: PublishedColumns,
     conjugate: crate::conjugate::ConjugateColumns,
     pub(crate) mean_flow: Option<MeanFlow>,
+    /// Largest viscosity of the step before, fluid and eddies together [m^2/s].
+    pub(crate) largest_viscosity: Real,
 }
 
 /// Initial state of a fluid particle.
@@ -125,7 +127,7 @@ impl Solver {
             grain_motion: self.grains.motion_rate(&self.domain),
             drag: self.grains.limiting_drag_rate(),
         };
-        self.settings.limits.choose(&rates, body_force, spacing, viscosity)
+        self.settings.limits.choose(&rates, body_force, spacing, viscosity.max(self.largest_viscosity))
     }
 
     /// Advances fluid and grains by `dt` \[s]. `watch` is called at the start of each phase.
@@ -143,6 +145,7 @@ impl Solver {
             ParticleProjection::Conjugate => self.step_conjugate(dt, forcing, watch),
             ParticleProjection::Enhanced => self.step_enhanced(dt, forcing, watch),
         }?;
+        self.largest_viscosity = report.largest_viscosity;
         self.grains.engine_mut().take_departed(&self.domain)?;
         if let Some(mut flow) = self.mean_flow {
             let level = flow.above();

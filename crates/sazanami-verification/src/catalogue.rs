@@ -119,6 +119,7 @@ pub const CASES: &[Case] = &[
     case!("static-drop"),
     case!("drop-pressure"),
     case!("carried-drop"),
+    case!("sessile-drop"),
     case!("capillary-wave", with "capillary-wave"),
     case!("oscillating-drop", file "../cases/examples/oscillating-drop.toml"),
     case!("rising-bubble"),

@@ -52,6 +52,8 @@ const DENSEST: Real = 0.78;
 const LOOSEST: Real = 0.4;
 /// Least density of a grain that acts by its surface over that of the liquid.
 const LIGHTEST: Real = 0.3;
+/// Differences of lengths below this part of them are rounding.
+const ROUNDED: Real = 1e-9;
 /// Largest gap between the surface of a grain and its contact spheres over its size that is not warned of; `shell(75)` on
 /// the sand of Yagyu et al. (2015) has 0.108.
 const WIDE_GAP: Real = 0.12;
@@ -220,13 +222,19 @@ fn facts_of(shape: &Shape, bed: Option<&Bed>) -> ShapeFacts {
         report.quality.largest_dihedral_angle,
         report.quality.smallest_radius_ratio
     ));
-    lines.push(format!(
-        "{} contact spheres of {} to {}, largest gap to the shape {}",
-        report.contact_spheres,
-        length(report.sphere_radii[0]),
-        length(report.sphere_radii[1]),
-        length(report.largest_gap)
-    ));
+    let [smallest, largest] = report.sphere_radii;
+    let radii = if largest - smallest < ROUNDED * largest {
+        format!("a radius of {}", length(largest))
+    } else {
+        format!("radii of {} to {}", length(smallest), length(largest))
+    };
+    let gap = if report.largest_gap < ROUNDED * largest {
+        "no gap to the shape".into()
+    } else {
+        format!("largest gap to the shape {}", length(report.largest_gap))
+    };
+    let spheres = if report.contact_spheres == 1 { "sphere" } else { "spheres" };
+    lines.push(format!("{} contact {spheres} with {radii}, {gap}", report.contact_spheres));
     let (low, high) = shape.extent();
     ShapeFacts {
         volume: Some(report.volume),
@@ -283,7 +291,7 @@ impl Search<'_> {
             self.report
                 .error(self.loaded.places.at(&key), title)
                 .label(format!("{density:.1} kg/m^3, below {LIGHTEST} times the liquid's {liquid:.1}"))
-                .help("lighter grains gain speed without end");
+                .help("the coupling is not tested below this ratio: take heavier grains");
         }
     }
 

@@ -186,7 +186,7 @@ fn sub_steps_follow_the_allowed_error() {
     let [usual, fine, rough] = [&[][..], &["dem.allowed_error=0.001"], &["dem.allowed_error=0.05"]].map(&with);
     let mean = |errors: &check::ImpactReport| errors.restitution.mean.max(errors.spin.mean);
     assert!(mean(&usual.2) < 0.025 && mean(&fine.2) < 0.001 && mean(&rough.2) < 0.05, "{usual:?} {fine:?} {rough:?}");
-    assert!(usual.0.contains("an impact of the lightest grains is off by"), "{}", usual.0);
+    assert!(usual.0.contains("error of an oblique impact of the lightest grains"), "{}", usual.0);
     assert!(fine.1 < 0.8 * usual.1 && (1.3..1.7).contains(&(rough.1 / usual.1)), "{usual:?} {fine:?} {rough:?}");
     // Damping, tension and contacts from the sub-step cost accuracy, and the error is that of the case.
     let [damped, pulls] =

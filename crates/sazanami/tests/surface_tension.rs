@@ -52,6 +52,25 @@ fn surface_tensions_that_make_no_sense_are_refused_with_the_way_out() {
 }
 
 #[test]
+fn contact_angles_that_make_no_sense_are_refused_with_the_way_out() {
+    for (angle, shown) in
+        [("0 deg", "0 degrees"), ("180 deg", "180 degrees"), ("-20 deg", "-20 degrees"), ("60 rad", "degrees")]
+    {
+        let text = refusal(&[&format!("fluid.contact_angle.x3_lower={angle}")]);
+        assert!(text.contains(shown) && text.contains("between 0 and 180 degrees"), "{text}");
+    }
+    assert!(refusal(&["fluid.contact_angle.x3_lower=60"]).contains("deg"));
+    let without = refusal(&["fluid.contact_angle.x3_lower=60 deg", "fluid.surface_tension=0 N/m"]);
+    assert!(without.contains("contact angles without surface tension"), "{without}");
+    let periodic = refusal(&["fluid.contact_angle.x2=60 deg"]);
+    assert!(periodic.contains("x2_lower, which is no wall"), "{periodic}");
+    let symmetric = refusal(&["fluid.contact_angle.all=60 deg"]);
+    assert!(symmetric.contains("none holds the fluid") && symmetric.contains("x3_lower"), "{symmetric}");
+    // Negative control: named, a wall without friction has an angle.
+    load(SLICE, &["fluid.contact_angle.x3_lower=60 deg"]);
+}
+
+#[test]
 fn the_capillary_wave_limits_the_step_and_the_interface_is_in_the_series() {
     let columns = |changes: &[&str]| {
         let scratch = Scratch::new("tension");

@@ -8,7 +8,7 @@ use sazanami_mics::stability::StepLimits;
 use sazanami_mics::viscosity::ViscosityScheme;
 use sazanami_numerics::{Real, choices};
 
-use super::{CarryingFlow, InitialVelocity, read_by};
+use super::{CarryingFlow, ContactAngles, InitialVelocity, read_by};
 use crate::read::{Context, Table};
 
 /// Water and air as in Yagyu et al. (2015).
@@ -199,9 +199,12 @@ pub struct FluidOptions {
     /// Iterations after which a solve of the pressure is given up (exit code 1).
     #[key(least = 1, default = Tolerance::default().max_iterations)]
     pub pressure_iterations: usize,
-    /// Surface tension of liquid and gas on the grid (`solver = "mics"`); walls are met at 90 degrees.
+    /// Surface tension of liquid and gas on the grid (`solver = "mics"`).
     #[key(unit = "N/m", range = NonNegative, says = "none")]
     pub surface_tension: Option<Real>,
+    /// Angles at which the interface meets walls, with surface tension.
+    #[key(table)]
+    pub contact_angle: Option<ContactAngles>,
     /// Velocity at the start on the grid (`solver = "mics"`), on top of that of the liquids; the pressure takes out its
     /// divergence.
     #[key(table)]

@@ -3,6 +3,7 @@
 
 mod boundary;
 mod contact;
+mod contact_angle;
 mod contact_spheres;
 mod coupling;
 mod dem;
@@ -31,6 +32,7 @@ mod velocity_field;
 
 pub use boundary::*;
 pub use contact::*;
+pub use contact_angle::ContactAngles;
 pub use contact_spheres::*;
 pub use coupling::*;
 pub use dem::*;

@@ -2,7 +2,7 @@
 
 use sazanami_case_derive::Keys;
 use sazanami_mps::pressure::Tolerance;
-use sazanami_mps::scheme::{CONJUGATE_RADIUS, ENHANCED_RADIUS, ParticleProjection};
+use sazanami_mps::scheme::{CONJUGATE_RADIUS, ENHANCED_RADIUS, ParticleProjection, Turbulence};
 use sazanami_mps::stability::StepLimits;
 use sazanami_numerics::Real;
 
@@ -26,6 +26,11 @@ pub struct Particles {
     #[key(range = Between(RADII[0], RADII[1]), default = suited_radius(projection),
           says = "2.6; 3.1 with `enhanced`")]
     pub radius: Real,
+    /// Turbulence that the particles do not resolve. `mixing_length` is for turbulent flow over beds: an eddy viscosity
+    /// `l^2 sqrt(2 S:S)` with a length that grows by 0.41 of the way from the bed and from walls that hold the water; laminar flows go
+    /// without.
+    #[key(word, default)]
+    pub turbulence: Turbulence,
     /// Way of the fastest particle or grain in a step over its size.
     #[key(range = Between(1e-3, 0.5), default = StepLimits::default().courant)]
     pub courant: Real,

@@ -217,7 +217,7 @@ impl<C: Choice> Value for Word<C> {
         if let Some(instead) = instead_of(&at.path, Some(word)) {
             cx.removed("choice", word, at.span.clone(), instead);
         } else {
-            let finding = cx.report.error(at.span.clone(), format!("`{word}` is no choice for `{}`", key.name));
+            let finding = cx.report.error(at.span.clone(), format!("`{word}` is not a choice for `{}`", key.name));
             match nearest(word, words.iter().copied()) {
                 Some(meant) => finding.label(format!("did you mean `{meant}`?")),
                 None => finding.label("not a choice known here"),

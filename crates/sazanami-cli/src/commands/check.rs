@@ -25,7 +25,7 @@ use crate::words;
 pub struct Check {
     /// Case file
     case: PathBuf,
-    /// Lay a value over the case file (repeatable)
+    /// Override a value of the case file (repeatable)
     #[arg(long = "set", value_name = "PATH=VALUE", value_parser = words::OVERRIDE, hide_possible_values = true)]
     overrides: Vec<String>,
     /// Predict the cost on so many threads (default: all); with --ranks, of each rank

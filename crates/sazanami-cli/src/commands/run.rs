@@ -31,7 +31,7 @@ pub struct Run {
     /// Write into a folder that is not empty
     #[arg(long)]
     force: bool,
-    /// Lay a value over the case file (repeatable)
+    /// Override a value of the case file (repeatable)
     #[arg(long = "set", value_name = "PATH=VALUE", value_parser = words::OVERRIDE, hide_possible_values = true)]
     overrides: Vec<String>,
     #[command(flatten)]

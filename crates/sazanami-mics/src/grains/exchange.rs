@@ -22,9 +22,9 @@ choices! {
     /// Scheme of the momentum exchange between grains and fluid.
     #[derive(Default)]
     pub enum Exchange {
-        /// Grains close faces in the projection and rub on the fluid in the viscous equation, and liquid has the open part of the cells as
-        /// its room: right drag, added mass and torque of grains that the grid resolves, of any density, with a limit as the step goes to
-        /// zero.
+        /// Grains close faces in the projection and exert friction on the fluid in the viscous equation, and liquid has the open part of
+        /// the cells as its room. Momentum is conserved; drag, added mass and torque of grains that the grid resolves do not hang on the
+        /// step. Grains need 0.3 of the density of the liquid or more.
         #[default]
         Surface = "surface",
         /// The stress integral, and the mass average of fluid and grains in covered cells, as in Yagyu et al. (2015): momentum is not

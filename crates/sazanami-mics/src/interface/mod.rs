@@ -15,6 +15,7 @@ mod normal;
 mod plic;
 mod residue;
 mod thinc;
+mod wetting;
 
 use sazanami_numerics::Real;
 use sazanami_numerics::choices;
@@ -23,6 +24,7 @@ pub use normal::{mixed_normal, youngs_normal};
 pub use plic::{Facet, Plane, plane_constant, volume_below};
 pub use residue::ResidueReport;
 pub(crate) use residue::{Collector, RESIDUE, View};
+pub(crate) use wetting::Wetting;
 
 /// Liquid fractions of a cell and its 26 neighbours, x1 fastest; the cell itself has index 13.
 pub type Neighbourhood = [Real; 27];

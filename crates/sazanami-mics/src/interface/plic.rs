@@ -114,6 +114,16 @@ impl Plane {
         courant * volume_below(m, self.constant - offset)
     }
 
+    /// Share of the upper or the lower face of `direction` that lies in the liquid.
+    #[must_use]
+    pub fn share_of_face(&self, direction: usize, upper: bool) -> Real {
+        let mut m = self.normal.map(Real::abs);
+        let at_upper_end = upper == (self.normal[direction] >= 0.0);
+        let below = self.constant - if at_upper_end { m[direction] } else { 0.0 };
+        m[direction] = 0.0;
+        if m == [0.0; 3] { Real::from(u8::from(below > 0.0)) } else { volume_below(m, below) }
+    }
+
     /// The piece of the plane in a cell with these edges \[m]; `None` if the plane only touches the cell.
     #[must_use]
     pub fn facet(&self, edges: Vector) -> Option<Facet> {
@@ -233,6 +243,22 @@ mod tests {
                 let mirrored = [0, 1, 2].map(|d| if m[d] < 0.0 { 1.0 - place[d] } else { place[d] });
                 let on_plane: Real = (0..3).map(|d| positive[d] * mirrored[d]).sum();
                 assert!((on_plane - constant).abs() < 1e-14);
+            }
+        }
+    }
+
+    #[test]
+    fn shares_of_faces_are_what_slabs_that_vanish_hold() {
+        for m in [[0.2, -0.5, 0.3], [-0.1, -0.1, -0.8], [0.0, 1.0, 0.0], [0.6, 0.4, 0.0]] {
+            for volume in [0.03, 0.5, 0.9] {
+                let plane = Plane { normal: m, constant: plane_constant(m.map(Real::abs), volume) };
+                for direction in 0..3 {
+                    for (upper, courant) in [(true, 1e-7), (false, -1e-7)] {
+                        let share = plane.share_of_face(direction, upper);
+                        let held = plane.donated(direction, courant) / courant;
+                        assert!((share - held).abs() < 1e-5, "{m:?} {volume} {direction} {upper}: {share} {held}");
+                    }
+                }
             }
         }
     }

@@ -6,12 +6,13 @@
 //! else from that nearest to the heights in all directions around the cell, and where these do not suffice, to the centres of the planes
 //! in the cells around it (Popinet 2009, J. Comput. Phys. 228, 5838).
 
+use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
 
 use super::columns::Columns;
 use super::fit::Paraboloid;
 use super::heights::{Heights, PURE};
-use crate::interface::{Facet, Neighbourhood, Plane, mixed_normal, neighbourhood};
+use crate::interface::{Facet, Neighbourhood, Plane, Wetting, mixed_normal};
 
 /// What the curvature of a cell was found from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,11 +40,18 @@ fn steepest_first(normal: [Real; 3]) -> impl Iterator<Item = (usize, bool)> {
 pub(super) struct Surroundings<'a> {
     pub c: &'a [Real],
     pub heights: &'a Heights,
+    pub wetting: &'a Wetting,
     pub strides: [isize; 3],
     pub spacing: Vector,
 }
 
-impl Surroundings<'_> {
+impl<'a> Surroundings<'a> {
+    /// Those of the liquid fraction `c` with these heights.
+    pub fn new(domain: &Domain, c: &'a [Real], heights: &'a Heights) -> Self {
+        let (strides, spacing) = (domain.strides(), domain.grid().spacing);
+        Self { c, heights, wetting: heights.wetting(), strides, spacing }
+    }
+
     /// Whether the interface passes the cell at `at` or lies on one of its faces.
     #[inline]
     pub fn has_interface(&self, at: usize) -> bool {
@@ -58,7 +66,7 @@ impl Surroundings<'_> {
 
     /// Curvature of the interface in the cell at `at`, positive where the liquid is convex [1/m]; `None` if it cannot be told.
     pub fn curvature(&self, at: usize) -> Option<(Real, Found)> {
-        let cells = neighbourhood(self.c, at, self.strides);
+        let cells = self.wetting.neighbourhood(self.c, at);
         let normal = mixed_normal(&cells)?;
         let mut most: Option<Columns> = None;
         for (d, up) in steepest_first(normal) {
@@ -77,12 +85,15 @@ impl Surroundings<'_> {
         let largest = largest_curvature(self.spacing);
         Some((curvature.clamp(-largest, largest), Found::Fit))
     }
-    /// From the paraboloid nearest to the heights in all directions that lie in the cells around.
+
+    /// From the paraboloid nearest to the heights in all directions that lie in the cells around; behind walls with an angle not those
+    /// normal to them.
     fn of_heights(&self, at: usize, cells: &Neighbourhood) -> Option<Real> {
         let facet = self.facet(cells)?;
         let mut fit = Paraboloid::around(facet.centre - 0.5 * self.spacing, facet.normal, self.spacing.min_element());
         self.for_neighbours(at, |place, at| {
-            for d in 0..3 {
+            let behind = self.wetting.behind(at);
+            for d in (0..3).filter(|&d| behind != Some(d)) {
                 if let Some((h, up)) = self.heights.in_cell(d, at)
                     && (facet.normal[d] > 0.0) == up
                 {
@@ -93,13 +104,15 @@ impl Surroundings<'_> {
         fit.curvature()
     }
 
-    /// From the paraboloid nearest to the centres of the planes in the cells around, by their areas.
+    /// From the paraboloid nearest to the centres of the planes in the cells around, by their areas; behind walls with an angle there are
+    /// none.
     fn of_planes(&self, at: usize, cells: &Neighbourhood) -> Option<Real> {
         let own = self.facet(cells)?;
         let mut fit = Paraboloid::around(own.centre - 0.5 * self.spacing, own.normal, self.spacing.min_element());
         let unit = self.spacing.element_product().cbrt().powi(2);
         self.for_neighbours(at, |place, at| {
-            if let Some(facet) = self.facet(&neighbourhood(self.c, at, self.strides))
+            if self.wetting.behind(at).is_none()
+                && let Some(facet) = self.facet(&self.wetting.neighbourhood(self.c, at))
                 && facet.normal.dot(own.normal) > 0.0
             {
                 fit.add(place + facet.centre - 0.5 * self.spacing, facet.area / unit);

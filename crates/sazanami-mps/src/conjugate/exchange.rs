@@ -22,7 +22,7 @@ use crate::weight::COINCIDENT;
 /// Sums over the neighbours of a particle.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Received {
-    /// Laplacian of the velocity [1/(m s)].
+    /// Laplacian of the velocity, with eddies `div((1 + nu_t/nu) grad u)` [1/(m s)].
     pub laplacian: Vector,
     /// Velocity change by damping for a damping number of 1 [m/s].
     pub damping: Vector,
@@ -40,6 +40,8 @@ pub(crate) struct Fields<'a> {
     pub gradient: &'a [Matrix],
     pub bulk: Bulk<'a>,
     pub gates: &'a [Gate],
+    /// Eddy viscosity over that of the fluid, if there is one.
+    pub eddies: Option<&'a [Real]>,
 }
 
 /// Sets what each own fluid particle receives, its damping without the part of the gradients, and its stress
@@ -51,7 +53,7 @@ pub(crate) fn exchange(
     fields: &Fields<'_>,
     (into, stress): (&mut [Received], &mut [Symmetric]),
 ) {
-    let Fields { kind, velocity, gradient, bulk, gates } = *fields;
+    let Fields { kind, velocity, gradient, bulk, gates, eddies } = *fields;
     let (weight, sums) = (kernel.weight, kernel.sums);
     let [per_laplacian, per_density] = [sums.laplacian, sums.number_density].map(Real::recip);
     for_each_chunk((into, stress), ROWS, |number, (into, stress)| {
@@ -75,7 +77,8 @@ pub(crate) fn exchange(
                     None if held => -velocity[b],
                     _ => pair.seen(velocity[b]),
                 };
-                let stiffness = weight.laplacian(r).0 * narrower * narrower;
+                let thicker = eddies.map_or(1.0, |eddies| 1.0 + 0.5 * (eddies[a] + eddies[b]));
+                let stiffness = thicker * weight.laplacian(r).0 * narrower * narrower;
                 into.laplacian += stiffness * per_laplacian * (image - velocity[a]);
                 let other = seen(&pair, &gradient[b]);
                 total += w;

@@ -4,6 +4,7 @@
 //! chosen by are in `docs/decisions/0018-scheme-of-moving-particles.md`. A step: pairs, moments and velocity gradients;
 //! viscosity and damping of pairs; projection; motion and shifting. All sums are taken at the positions at its start.
 
+pub(crate) mod eddies;
 pub(crate) mod exchange;
 mod mirrors;
 mod operators;
@@ -31,7 +32,9 @@ use crate::particles::{Kind, Particles, Role};
 use crate::pressure::{PressureEquation, PressureError, PressureReport};
 use crate::reductions::{largest, set_column, sum_of};
 use crate::report::StepReport;
+use crate::scheme::Turbulence;
 use crate::weight::Weight;
+use eddies::Eddies;
 use exchange::{Fields, Received};
 pub(crate) use mirrors::Mirrors;
 use operators::Conjugate;
@@ -67,6 +70,8 @@ pub(crate) struct ConjugateColumns {
     slope: Vec<Vector>,
     pub surroundings: Vec<Surroundings>,
     pub received: Vec<Received>,
+    /// Eddy viscosity, if the scheme has one.
+    eddies: Option<Eddies>,
     /// Stress of the damping of each particle and ghost [m^2/s].
     pub stress: Vec<Symmetric>,
     /// Force and pressure of each particle and ghost in a product.
@@ -215,6 +220,31 @@ impl ConjugateColumns {
         (0.5 * step.domain.sum(ends)[0]).round() as usize
     }
 
+    /// Mixing lengths over the bed as it is, where turbulence is put in.
+    pub fn measure_mixing_lengths(&mut self, step: &Context<'_>, tank: &Tank, grains: &GrainPhase) {
+        if step.settings.scheme.turbulence == Turbulence::MixingLength {
+            self.eddies.get_or_insert_default().measure(step, tank, grains);
+        }
+    }
+
+    /// Eddy viscosity by the velocity gradients; returns the largest viscosity, fluid and eddies together [m^2/s].
+    pub fn set_eddy_viscosity(
+        &mut self,
+        step: &Context<'_>,
+        tank: &Tank,
+        near: &mut Arrangement,
+        particles: &Particles,
+    ) -> Real {
+        let gradient = &self.gradient[..];
+        let set = |eddies: &mut Eddies| eddies.set(step, tank, (particles, gradient), &mut near.ghosts);
+        self.eddies.as_mut().map_or(step.settings.fluid.viscosity, set)
+    }
+
+    /// Square of the friction velocity and mixing length of each particle and ghost, where turbulence is put in.
+    pub fn eddies(&self) -> Option<&[Vector]> {
+        self.eddies.as_ref().map(|eddies| &eddies.turbulence[..])
+    }
+
     /// Viscosity, damping and mean gradients of the neighbours at the start of the step.
     pub fn exchange(
         &mut self,
@@ -228,7 +258,9 @@ impl ConjugateColumns {
         self.received.resize(owned, Received::default());
         self.stress.resize(particles.len(), [0.0; 6]);
         let bulk = self.voids.bulk();
-        let fields = Fields { kind: &particles.kind, velocity: &self.velocity, gradient: &self.gradient, bulk, gates };
+        let eddies = self.eddies.as_ref().map(|eddies| &eddies.relative[..]);
+        let fields =
+            Fields { kind: &particles.kind, velocity: &self.velocity, gradient: &self.gradient, bulk, gates, eddies };
         let (into, pairs) = ((&mut self.received[..], &mut self.stress[..owned]), (&self.pairs, &equation.blocks[..]));
         exchange::exchange(step.kernel, friction, pairs, &fields, into);
         near.ghosts.refresh(step.domain, &mut self.stress);

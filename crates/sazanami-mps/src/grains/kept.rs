@@ -31,6 +31,8 @@ pub(super) const NOT_RETURNED: usize = 22;
 /// Between steps the acceleration of the fluid at the grain by all but body force, pressure and added mass [m/s^2]; in a
 /// step the velocity that the grain would have if it had moved with the fluid since its end before [m/s].
 pub(super) const CARRIED: usize = 25;
+/// Three numbers of the gust at the grain, and the number of its steps.
+pub(super) const GUST: usize = 28;
 
 /// Three of the values attached to a grain.
 pub(super) fn vector(kept: &[Real; ATTACHED], at: usize) -> Vector {

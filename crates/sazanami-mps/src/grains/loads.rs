@@ -25,7 +25,7 @@ struct FluidDrag<'a, L> {
 
 impl<L: DragLaw> Drag for FluidDrag<'_, L> {
     fn fluid_velocity(&self, own: usize) -> Vector {
-        self.around[own].velocity
+        self.around[own].velocity + self.around[own].gust
     }
 
     fn coefficient(&self, own: usize, slip: Real) -> Real {
@@ -84,7 +84,7 @@ impl ForDragLaw for DragRate<'_> {
         let Self { domain, grains, density, around, diameter } = self;
         let rate = |g: usize| {
             let around = &around[g];
-            let slip = (around.velocity - grains.velocity[g]).length();
+            let slip = (around.velocity + around.gust - grains.velocity[g]).length();
             let d = diameter[g];
             let kappa = around.wetness * around.drag_factor * law.coefficient(d, around.void_fraction, slip);
             relaxation_rate(kappa, density, d, grains.mass[g], around.void_fraction)
@@ -222,7 +222,9 @@ impl GrainPhase {
             -volume(diameter[g]) * (around[g].pressing + around[g].wetness * density * (still - by_volume))
         });
         set_column(places, owned, |g| engine.grains().unwrapped_position(g));
-        set_column(shared, owned, |g| [(around[g].velocity - engine.grains().velocity[g]).length(); GIVEN]);
+        set_column(shared, owned, |g| {
+            [(around[g].velocity + around[g].gust - engine.grains().velocity[g]).length(); GIVEN]
+        });
         for_each_grain(&mut engine.attached_mut()[..owned], |g, kept| {
             set_vector(kept, PLACE, places[g]);
             let mut resists = 0.0;

@@ -8,6 +8,7 @@ mod added_mass;
 mod binned;
 mod drag;
 mod exchange;
+mod gusts;
 mod kept;
 mod lift;
 mod loads;
@@ -71,6 +72,8 @@ impl Coupling {
 pub(crate) struct FluidAtGrain {
     /// Velocity of the fluid [m/s].
     pub velocity: Vector,
+    /// Velocity of the fluid beside that, by turbulence that is not resolved [m/s].
+    pub gust: Vector,
     /// Force of the pressure of the step before, beyond the hydrostatic one, over the volume of the grain [Pa/m].
     pub pressing: Vector,
     /// Wet fraction of the grain.

@@ -95,10 +95,11 @@ impl<'a> ConjugateStep<'a> {
         Ok(())
     }
 
-    /// 2. Void fractions at the particles.
+    /// 2. Void fractions at the particles, and mixing lengths over the bed where turbulence is put in.
     fn set_void_fractions(&mut self) {
         let Self { context: step, tank, particles, near, grains, columns, .. } = self;
         self.voids = columns.voids.at_start(step, tank, particles, near, grains);
+        columns.measure_mixing_lengths(step, tank, grains);
     }
 
     /// 3. Pairs, moments, velocity gradients, number density, drift and roles.
@@ -108,14 +109,15 @@ impl<'a> ConjugateStep<'a> {
         report.collisions = columns.count_roles(step, particles, equation, report);
     }
 
-    /// 4. Velocities with viscosity, body force and the damping of what of the motion is not linear.
+    /// 4. Velocities with viscosity, that of eddies included, body force and the damping of what of the motion is not linear.
     fn add_viscosity_and_body_force(&mut self) {
         let Self { context: step, tank, particles, near, equation, columns, report, .. } = self;
+        report.largest_viscosity = columns.set_eddy_viscosity(step, tank, near, particles);
         report.stabilisation_work = columns.add_viscosity_and_body_force(step, tank, near, particles, equation);
         report.impulses = columns.impulses(step, particles);
     }
 
-    /// 5a. Fluid at the grains: with implicit drag as it moves without drag.
+    /// 5a. Fluid at the grains: with implicit drag as it moves without drag; and gusts where turbulence is put in.
     fn interpolate_fluid_at_grains(&mut self) {
         let Self { context: step, tank, particles, near, grains, columns, .. } = self;
         let implicit = grains.coupling().exchange == DragExchange::Implicit;
@@ -123,7 +125,11 @@ impl<'a> ConjugateStep<'a> {
             columns.predict(step, particles, None, near);
         }
         let velocity = implicit.then_some(&columns.new.velocity[..]);
-        grains.interpolate_fluid(step, tank, particles, velocity, &columns.voids.start.inverse, &mut near.ghosts);
+        let inverse_void = &columns.voids.start.inverse;
+        grains.interpolate_fluid(step, tank, particles, velocity, inverse_void, &mut near.ghosts);
+        if let Some(eddies) = columns.eddies() {
+            grains.add_gusts(step, tank, particles, inverse_void, eddies);
+        }
     }
 
     /// 5b. Grains under contacts, drag, lift and the pressure of the step before.

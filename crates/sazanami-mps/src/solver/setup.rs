@@ -97,6 +97,7 @@ impl Solver {
             kernel,
             particles,
             walls: initial,
+            largest_viscosity: 0.0,
             near: Arrangement::default(),
             equation: PressureEquation::default(),
             columns: PublishedColumns::default(),

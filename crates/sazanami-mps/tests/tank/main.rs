@@ -4,6 +4,7 @@ mod at_rest;
 mod budget;
 mod conjugate;
 mod drag;
+mod eddies;
 mod equivalence;
 mod forces;
 mod gates;

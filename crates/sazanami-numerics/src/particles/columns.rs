@@ -31,7 +31,7 @@ macro_rules! stored_as_they_are {
         })+
     };
 }
-stored_as_they_are!(u8, u32, u64, Real, [Real; 28]);
+stored_as_they_are!(u8, u32, u64, Real, [Real; 32]);
 
 /// A periodic image, with a spare number that keeps records free of gaps.
 impl Stored for [i32; 3] {

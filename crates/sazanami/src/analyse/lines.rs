@@ -7,6 +7,9 @@ use serde_json::Value;
 
 use super::output::newest_picture;
 
+/// Least part of the liquid that is told to be covered by grains: with their surfaces as bounds of the liquid there is none.
+const COVERED: Real = 5e-4;
+
 /// The number at `path` in a JSON value, if there is one.
 pub(super) fn number(value: &Value, path: &[&str]) -> Option<Real> {
     path.iter().try_fold(value, |value, key| value.get(key)).and_then(Value::as_f64)
@@ -114,7 +117,7 @@ pub(super) fn rows(summary: &Value) -> Vec<Row> {
     let has_grains = number(summary, &["counts", "grains"]).is_some_and(|grains| grains > 0.0);
     rows.extend(
         soaked
-            .filter(|_| has_grains)
+            .filter(|value| has_grains && value.abs() >= COVERED)
             .map(|value| ("liquid covered by grains", format!("{:.1} % of the liquid volume", 0.0 - 1e2 * value))),
     );
     rows.extend(

@@ -1,7 +1,9 @@
 //! The fluid side of a case: boundary, schemes, limits of the step, initial liquid.
 
+use std::f64::consts::FRAC_PI_2;
+
 use sazanami_mics::advection::Convection;
-use sazanami_mics::boundary::Boundary;
+use sazanami_mics::boundary::{Boundary, BoundaryError};
 use sazanami_mics::flow::{Carrier, Flow, Fluids, Schemes};
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::solver::Settings;
@@ -12,6 +14,19 @@ use sazanami_numerics::geometry::RegionFractions;
 use sazanami_numerics::{Real, Vector};
 
 use crate::case::meaning::{Case, FluidName, LiquidRegion, Placement, PressureForm, Solver, Step};
+
+/// The sides of the box, with gravity outside and the contact angles of its walls.
+///
+/// # Errors
+/// [`BoundaryError`] if the sides contradict each other.
+pub(crate) fn boundary(case: &Case) -> Result<Boundary, BoundaryError> {
+    let angles = case.fluid.contact_angle.unwrap_or_default();
+    let angle = |d: usize, upper: usize| angles.at(d, upper, &case.boundary[d][upper]).unwrap_or(FRAC_PI_2);
+    // The fluid outside open sides does not move with the box.
+    Ok(Boundary::new(case.boundary)?
+        .with_gravity_outside(case.gravity)
+        .with_contact_angles([0, 1, 2].map(|d| [angle(d, 0), angle(d, 1)])))
+}
 
 /// Properties of the two fluids.
 pub(crate) fn fluids(case: &Case) -> Fluids {

@@ -51,7 +51,7 @@ pub(crate) fn settings(case: &Case, level: Real) -> Settings {
     let middle = 0.5 * (case.domain.lower + case.domain.upper);
     Settings {
         fluid: Fluid { density: liquid.density, viscosity: liquid.viscosity / liquid.density, spacing: p.spacing },
-        scheme: Scheme { projection: p.projection, radius: p.radius, ..Scheme::default() },
+        scheme: Scheme { projection: p.projection, radius: p.radius, turbulence: p.turbulence, ..Scheme::default() },
         limits: StepLimits { courant: p.courant, longest: p.dt_max, fixed: p.dt },
         tolerance: Tolerance { strain: p.tolerance, most_iterations: p.pressure_iterations },
         reference: Vector::new(middle.x, middle.y, level),

@@ -4,10 +4,14 @@ use std::f64::consts::TAU;
 
 use sazanami_numerics::Real;
 
+use sazanami_mps::scheme::Turbulence;
+
+use super::bed_flow::bed_flow;
+use super::limits::swing_of_water;
 use super::number;
 use super::particles::levelled;
 use super::waves::tank;
-use crate::case::meaning::{Case, ProbePlace, Solver};
+use crate::case::meaning::{Case, Placement, ProbePlace, Solver};
 use crate::case::units::rounded;
 use crate::case::{Diagnostics, LoadedCase};
 
@@ -20,6 +24,53 @@ pub(crate) fn warn_of_tank(loaded: &LoadedCase, report: &mut Diagnostics) {
     if loaded.case.solver == Solver::Mps {
         warn_of_waves(loaded, report);
         warn_of_levelled_probes(loaded, report);
+        warn_of_turbulence(loaded, report);
+    }
+}
+
+/// Reynolds numbers of a channel by its mean velocity and depth up to which it is laminar, and from which on it is turbulent
+/// (Schlichting and Gersten 2017, sec. 15.2, for open channels).
+const CHANNEL: [Real; 2] = [500.0, 2000.0];
+
+/// The same of an oscillating flow by its largest speed and `sqrt(2 nu/omega)`, over smooth walls (Jensen, Sumer and Fredsoe 1989,
+/// J. Fluid Mech. 206, 265); beds of grains make it turbulent from the first number on.
+const SWING: [Real; 2] = [100.0, 550.0];
+
+/// Flow over a bed that is turbulent without a mixing length, or laminar with one.
+fn warn_of_turbulence(loaded: &LoadedCase, report: &mut Diagnostics) {
+    let case: &Case = &loaded.case;
+    let Some(particles) = &case.particles else { return };
+    let viscosity = case.fluid.liquid.viscosity / case.fluid.liquid.density;
+    if case.grains.is_empty() || viscosity <= 0.0 {
+        return;
+    }
+    let channel = case.mean_flow().map(|flow| {
+        let top = case.liquids.iter().filter_map(|liquid| match liquid.placement {
+            Placement::Absolute(position) => Some(position.z + liquid.region.heights()[1]),
+            Placement::AboveBed { .. } => None,
+        });
+        let depth = top.fold(flow.above, Real::max).min(case.domain.upper.z) - flow.above;
+        (flow.velocity.length() * depth / viscosity, CHANNEL, "its mean velocity and depth")
+    });
+    let swing = bed_flow(case).zip(swing_of_water(case)).map(|(bed, (_, frequency))| {
+        let layer = (2.0 * viscosity / (TAU * frequency)).sqrt();
+        (bed.orbital_speed * layer / viscosity, SWING, "the largest speed and sqrt(2 nu/omega)")
+    });
+    let Some((reynolds, [laminar, turbulent], by)) = channel.or(swing).filter(|(reynolds, ..)| *reynolds > 0.0) else {
+        return;
+    };
+    let span = loaded.places.near("particles.turbulence");
+    let by = format!("its Reynolds number by {by} is {}", number(reynolds, 0));
+    if particles.turbulence == Turbulence::MixingLength && reynolds < laminar {
+        report
+            .warning(span, "a mixing length in laminar flow")
+            .label(format!("{by}, laminar up to about {laminar}"))
+            .help("leave `turbulence` out: eddies would bear stress that this flow does not have");
+    } else if particles.turbulence == Turbulence::None && reynolds > turbulent {
+        report
+            .warning(span, "turbulence over the bed is not resolved: the bed bears less stress than under such a flow")
+            .label(format!("{by}, turbulent from about {turbulent} on"))
+            .help("write `turbulence = \"mixing_length\"` under `[particles]`");
     }
 }
 

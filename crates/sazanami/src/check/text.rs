@@ -11,6 +11,9 @@ use crate::case::meaning::{Case, GrainPlacement, SIDE_NAMES, Substeps};
 use crate::case::units::rounded;
 use crate::progress::duration;
 
+/// Times below this are not told one by one \[s].
+const SHORT: Real = 0.05;
+
 /// Everything `check` tells, as text.
 #[must_use]
 pub fn explain(case: &Case, report: &CheckReport) -> String {
@@ -141,7 +144,8 @@ fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
             let face = population.body.as_ref().map(|body| body.face()).filter(|face| face.is_flat());
             let flat =
                 face.map_or(String::new(), |face| format!(", {} of them touch a plane at once at most", face.spheres));
-            let _ = writeln!(text, "  contact     {spheres} spheres a grain{flat}");
+            let plural = if spheres == 1 { "" } else { "s" };
+            let _ = writeln!(text, "  contact     {spheres} sphere{plural} a grain{flat}");
         }
         for line in &population.shape {
             let _ = writeln!(text, "  shape       {line}");
@@ -176,7 +180,7 @@ fn step(text: &mut String, case: &Case, report: &CheckReport) {
         let _ = writeln!(text, "\nthe run ends when the grains are packed; the fluids do not move");
         return;
     }
-    let _ = writeln!(text, "\nstep limits at the start (shorter ones may come up in the run)");
+    let _ = writeln!(text, "\nlimits on the time step at the start (the run may need shorter steps)");
     for limit in &report.limits {
         let mark = if limit.rules { "  <- sets the step" } else { "" };
         let _ = writeln!(text, "  {:<13} {:.3e} s  {}{mark}", limit.name, limit.dt_s, limit.rule);
@@ -198,8 +202,8 @@ fn step(text: &mut String, case: &Case, report: &CheckReport) {
             let ImpactReport { restitution, spin } = errors;
             let _ = writeln!(
                 text,
-                "  an impact of the lightest grains is off by {} in restitution ({} at worst) and in spin by {} % of the tangential \
-                 speed ({} % at worst)",
+                "  error of an oblique impact of the lightest grains: restitution {} on average, {} at worst; spin {} % of the \
+                 tangential speed, {} % at worst",
                 number(restitution.mean, 4),
                 number(restitution.largest, 4),
                 number(1e2 * spin.mean, 1),
@@ -208,11 +212,11 @@ fn step(text: &mut String, case: &Case, report: &CheckReport) {
         }
     }
     let most = if report.most_steps > 1.2 * report.steps {
-        format!(" to {}, at the highest speed that bodies reach,", number(report.most_steps, 0))
+        format!(", up to {} at the highest speed that bodies reach", number(report.most_steps, 0))
     } else {
         String::new()
     };
-    let _ = writeln!(text, "  about {} steps{most} to {} s", number(report.steps, 0), rounded(case.run.until));
+    let _ = writeln!(text, "  about {} steps to {} s{most}", number(report.steps, 0), rounded(case.run.until));
 }
 
 fn shared(text: &mut String, report: &RanksReport) {
@@ -271,20 +275,24 @@ fn cost(text: &mut String, case: &Case, report: &CheckReport) {
         |available: Option<u64>| available.map_or_else(String::new, |free| format!(" of {} free", bytes(free as Real)));
     let _ = writeln!(text, "\nmemory        {}{}", bytes(report.memory_bytes), free(report.memory_available));
     let _ = writeln!(text, "disk          {}{}", bytes(report.disk_bytes), free(report.disk_available));
-    let parts: Vec<String> =
-        report.predicted_s.iter().map(|(name, seconds)| format!("{name} {}", duration(*seconds))).collect();
+    let long = report.predicted_s.iter().filter(|(_, seconds)| *seconds >= SHORT);
+    let parts: Vec<String> = long.map(|(name, seconds)| format!("{name} {}", duration(*seconds))).collect();
+    let about = if report.predicted_total_s < SHORT {
+        "less than 0.1 s".to_owned()
+    } else {
+        format!("about {}", duration(report.predicted_total_s))
+    };
     let _ = writeln!(
         text,
-        "run time      about {}{} on {} thread{} ({})",
-        duration(report.predicted_total_s),
-        if report.predicted_most_s > 1.2 * report.predicted_total_s {
-            format!(" to {}, at the highest speed that bodies reach,", duration(report.predicted_most_s))
-        } else {
-            String::new()
-        },
+        "run time      {about} on {} thread{}{}{}",
         report.threads,
         if report.threads == 1 { "" } else { "s" },
-        parts.join(", ")
+        if parts.is_empty() { String::new() } else { format!(" ({})", parts.join(", ")) },
+        if report.predicted_most_s > 1.2 * report.predicted_total_s {
+            format!(", up to {} with the most steps", duration(report.predicted_most_s))
+        } else {
+            String::new()
+        }
     );
     let _ = writeln!(text, "              an estimate, good to a factor of two");
     if let Some(ranks) = &report.ranks {
@@ -307,6 +315,7 @@ fn cost(text: &mut String, case: &Case, report: &CheckReport) {
         );
     }
     if case.has_bed() {
-        let _ = writeln!(text, "note          heights above the bed are measured on the bed in use, once it is there");
+        let _ =
+            writeln!(text, "note          heights above the bed are taken from the bed that the run packs or reads");
     }
 }

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use sazanami_dem::{Body, Engine, Packing, Setup};
-use sazanami_mics::boundary::Boundary;
 use sazanami_mics::snapshot::GRAINS;
 use sazanami_mics::solver::Solver;
 use sazanami_numerics::domain::Domain;
@@ -54,8 +53,7 @@ pub(super) fn solver(
     recorder: &mut Recorder<crate::recorder::GridObserver>,
 ) -> Result<Option<Solver>, RankError> {
     let case = job.case;
-    // The fluid outside open sides does not move with the box.
-    let boundary = Boundary::new(case.boundary)?.with_gravity_outside(case.gravity);
+    let boundary = fluid::boundary(case)?;
     let settings = fluid::settings(case);
     let coupling = case.coupling;
     let mut flow = fluid::flow(case, &domain);

@@ -330,7 +330,7 @@ fn several_mistakes_are_told_together() {
             "c.toml:1 unknown key `densty`",
             "c.toml:3 `size` needs a unit",
             "c.toml:4 `cells` has to be 1 or more",
-            "c.toml:6 `plicc` is no choice for `vof`",
+            "c.toml:6 `plicc` is not a choice for `vof`",
             "c.toml:7 `cfl` has to lie between 0.001 and 0.499",
             "c.toml:9 `density` has to be above zero",
             "c.toml:10 `kinematic_viscosity` has the wrong unit",

@@ -43,7 +43,7 @@ fn the_projection_suits_the_case_and_the_radius_the_projection() {
     for key in ["shifting=0.5", "stabilisation=off", "stabilisation_distance=0.9"] {
         let change = format!("particles.{key}");
         let message = case::parse(Path::new("dam.toml"), dam, &[change]).expect_err(key).to_string();
-        assert!(message.contains("is no key any more") && message.contains("leave the key out"), "{message}");
+        assert!(message.contains("is no longer a key") && message.contains("leave the key out"), "{message}");
     }
     let narrow = case::parse(Path::new("dam.toml"), dam, &["particles.radius=2.1".to_owned()]);
     let message = narrow.expect_err("too narrow").to_string();
@@ -130,7 +130,7 @@ fn wrong_tanks_are_refused_with_a_reason() {
             "cannot have the side",
         ),
         (vec!["overlap.blend=[0.5, 0.4]".into()], "a lower and an upper"),
-        (vec!["overlap.pressure_force=implicit".into()], "`pressure_force` is no key any more"),
+        (vec!["overlap.pressure_force=implicit".into()], "`pressure_force` is no longer a key"),
         (vec!["overlap.added_mass=zubr".into()], "did you mean `zuber`?"),
         (
             vec!["overlap.added_mass=zuber".into(), "overlap.added_mass_coefficient=-0.5".into()],

@@ -82,7 +82,7 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<GridObserver>] = quantities! 
         => |row| row.totals.corrections.clipped_volume.into();
     "liquid_volume_relative_change", "", "change of the transported liquid volume since the start, over that at the start"
         => |row| row.observer.findings.liquid_relative_change.into();
-    "wet_liquid_volume_relative_change", "", "the same of the liquid outside grains: water that soaks into the bed counts as lost"
+    "wet_liquid_volume_relative_change", "", "the same of the liquid outside grains: with `exchange = \"stress\"` liquid that grains cover counts as lost"
         => |row| row.observer.findings.wet_relative_change.into();
     "kinetic_energy_fluid", "J", "kinetic energy of liquid and gas" => |row| row.observer.energies.fluid.into();
     "kinetic_energy_grains", "J", "kinetic energy of the grains" => |row| row.observer.energies.grains.into();

@@ -181,7 +181,7 @@ pub(in crate::recorder) const CONSERVATION: &[Field<GridObserver>] = quantities!
         => |observer| json!(observer.arrivals.momentum.to_array());
     "liquid_volume_relative_change", "", "change of the transported liquid volume since the start, over that at the start"
         => |observer| json!(observer.findings.liquid_relative_change);
-    "wet_liquid_volume_relative_change", "", "the same of the liquid outside grains: water that soaks into the bed counts as lost"
+    "wet_liquid_volume_relative_change", "", "the same of the liquid outside grains: with `exchange = \"stress\"` liquid that grains cover counts as lost"
         => |observer| json!(observer.findings.wet_relative_change);
     "momentum_residual_relative", "", "momentum residual over the largest term of the budget"
         => |observer| json!(observer.momentum.as_ref().map(MomentumBudget::relative_residual));

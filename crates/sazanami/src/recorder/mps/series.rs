@@ -71,6 +71,8 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<ParticleObserver>] = quantiti
         => |row| of_step(row, |step| step.stabilised_pairs);
     "stabilisation_work", "J", "work of these pushes (negative: taken from the water)"
         => |row| of_step(row, |step| step.stabilisation_work);
+    "largest_viscosity", "m^2/s", "largest kinematic viscosity: that of the water, with `particles.turbulence` and eddies on top"
+        => |row| of_step(row, |step| step.largest_viscosity);
     "largest_shift", "m", "longest displacement by particle shifting"
         => |row| of_step(row, |step| step.largest_shift);
     "collisions", "", "pairs nearer than half a spacing that collided; 0, at violent moments up to 5"
