@@ -29,7 +29,8 @@ use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
 
 use crate::flow::Flow;
-use crate::grains::{GrainPhase, Surface};
+use crate::grains::GrainPhase;
+use crate::mobility::RowSet;
 use crate::momentum::Impulses;
 use crate::pass::Pass;
 use crate::pressure::Projection;
@@ -162,7 +163,8 @@ impl Acceleration {
             domain.for_each_row(&domain.faces(d), uf.data_mut(), |row, uf| {
                 for (uf, at) in uf.iter_mut().zip(row.shifted(0)) {
                     let (l, r) = (at - behind, at);
-                    let mean = |values: &[Real]| (rho[l] * values[l] + rho[r] * values[r]) / (rho[l] + rho[r]);
+                    let part = rho[l] / (rho[l] + rho[r]);
+                    let mean = |values: &[Real]| values[r] + part * (values[l] - values[r]);
                     let response = dt * mean(response);
                     *uf += (mean(damping) - response) * a[at] + (response - dt) * gravity[d];
                 }
@@ -196,46 +198,23 @@ impl Acceleration {
         self.beside.as_ref().map(|beside| beside.response.data())
     }
 
-    /// Change of the acceleration by the projection, times the length of the pass, by place in memory [m/s].
-    pub fn change<'a>(
-        &'a self,
-        pass: &Pass,
-        flow: &'a Flow,
-        projection: &'a Projection,
-    ) -> impl Fn(usize) -> Vector + Sync + use<'a> {
-        let (gradient, density) = (projection.gradient(&flow.density), flow.density.data());
-        let (gravity, dt, ahead) = (pass.gravity, pass.dt, pass.domain.strides().map(|s| s as usize));
-        let faces = self.kept().each_ref().map(Field::data);
-        move |at| {
-            let before = Vector::from_array(std::array::from_fn(|d| 0.5 * (faces[d][at] + faces[d][at + ahead[d]])));
-            dt * (gravity - gradient.at(at) / density[at] - before)
-        }
-    }
-
-    /// Leaves of the change of the acceleration by the projection what the friction of the surfaces leaves, and books what it
-    /// takes.
-    pub fn rub(&self, pass: &Pass, flow: &mut Flow, projection: &Projection, surface: &mut Surface, joint: bool) {
+    /// Finds the change of the acceleration by the projection, times the length of the pass [m/s], in the cells of these `rows`: the middle
+    /// three scratch fields.
+    pub fn find_change(&self, pass: &Pass, flow: &mut Flow, projection: &Projection, rows: &RowSet) {
         let Pass { domain, gravity, dt, .. } = *pass;
-        let Some(response) = self.response() else { return };
-        let Flow { density, velocity, work: [t1, t2, t3, ..], .. } = flow;
+        let Flow { density, work: [_, _, _, c1, c2, c3, ..], .. } = flow;
         let (gradient, density) = (projection.gradient(density), density.data());
-        for (d, (u, taken)) in velocity.iter_mut().zip([&mut *t1, &mut *t2, &mut *t3]).enumerate() {
-            let (a, ahead) = (self.kept()[d].data(), domain.strides()[d] as usize);
-            let yielding = surface.parts().1[d];
-            domain.for_each_row(&domain.interior(), (u.data_mut(), taken.data_mut()), |row, (u, taken)| {
-                for (i, at) in row.shifted(0).enumerate() {
-                    let lost = if response[at] < 1.0 {
-                        let now = gravity[d] - gradient.at(at)[d] / density[at];
-                        let change = dt * (now - 0.5 * (a[at] + a[at + ahead]));
-                        (1.0 - response[at]) * if joint { change - yielding[at] } else { change }
-                    } else {
-                        0.0
-                    };
-                    u[i] -= lost;
-                    taken[i] = density[at] * lost;
-                }
-            });
-        }
-        surface.add_taken(domain, [t1, t2, t3]);
+        let (faces, ahead) = (self.kept().each_ref().map(Field::data), domain.strides().map(|s| s as usize));
+        let changes = (c1.data_mut(), c2.data_mut(), c3.data_mut());
+        domain.for_each_row(&domain.interior(), changes, |row, (c1, c2, c3)| {
+            if !rows.holds(row.j, row.k) {
+                return;
+            }
+            for (i, at) in row.shifted(0).enumerate() {
+                let before = [0, 1, 2].map(|d| 0.5 * (faces[d][at] + faces[d][at + ahead[d]]));
+                let change = dt * (gravity - gradient.at(at) / density[at] - Vector::from_array(before));
+                (c1[i], c2[i], c3[i]) = change.into();
+            }
+        });
     }
 }

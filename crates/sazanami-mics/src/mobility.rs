@@ -108,9 +108,9 @@ pub(crate) struct Closing<'a> {
     pub cut: Option<&'a Cut<'a>>,
 }
 
-/// Sums over the grains on the lower faces in a direction: their part of the face, the volume that they carry through over its area
+/// Sums over the grains on the lower faces in each direction: their part of the face, the volume that they carry through over its area
 /// [m/s], and the part over their density [m^3/kg].
-pub(crate) type Cut<'a> = dyn Fn(usize, [&mut Field<Real>; 3]) + 'a;
+pub(crate) type Cut<'a> = dyn Fn(&mut [Field<Real>; 9]) + 'a;
 
 impl Mobility {
     /// Faces that nothing closes.
@@ -162,12 +162,11 @@ impl Mobility {
         let shared = cut.and(shared);
         let is_shared = |at: usize| shared.is_some_and(|count| count[at] > 1.0);
         let (p, rho) = (pressure.data(), flow.density.data());
-        let [_, _, _, sections, fluxes, light, ..] = &mut flow.work;
+        if let Some(cut) = cut {
+            cut(&mut flow.work);
+        }
         for (d, uf) in flow.face_velocity.iter_mut().enumerate() {
-            if let Some(cut) = cut {
-                cut(d, [sections, fluxes, light]);
-            }
-            let (sections, fluxes, light) = (sections.data(), fluxes.data(), light.data());
+            let [sections, fluxes, light] = [0, 1, 2].map(|n| flow.work[3 * d + n].data());
             if self.faces[d].cells() != domain.cells() {
                 self.faces[d] = domain.field(1.0);
             }

@@ -15,7 +15,8 @@
 //!
 //! On the surfaces of grains a friction `sigma (u_s - u - w)` joins the stress ([`crate::grains`]): sigma on the
 //! diagonal, and in the last step a whole Jacobi step in these cells. What the friction then takes is the rest that
-//! the change of the momentum leaves, so that fluid and grains together lose nothing.
+//! the change of the momentum leaves, so that fluid and grains together lose nothing. After an explicit stress it acts
+//! implicitly by itself.
 
 mod stress;
 
@@ -125,10 +126,7 @@ impl Flow {
             ViscosityScheme::CrankNicolson => 0.5 * dt,
             ViscosityScheme::Off => return Ok(DiffusionReport::default()),
         };
-        let is_explicit = !match self.schemes.viscosity {
-            ViscosityScheme::Auto if surface.is_some() => true,
-            _ => self.diffuses_implicitly(domain, whole),
-        };
+        let is_explicit = !self.diffuses_implicitly(domain, whole);
         let (steps, radius) = plan(domain, &self.fluids, self.viscous_tolerance, dt);
         if steps > MAX_ITERATIONS && !is_explicit {
             return Err(ViscosityError::TooStiff { iterations: steps, dt });
@@ -159,7 +157,7 @@ impl Flow {
         }
     }
 
-    /// Whether the viscous step over `dt` \[s] is implicit where no grain acts by its surface.
+    /// Whether the stress in the viscous step over `dt` \[s] is implicit.
     pub(crate) fn diffuses_implicitly(&self, domain: &Domain, dt: Real) -> bool {
         match self.schemes.viscosity {
             ViscosityScheme::Auto => stiffness(domain, &self.fluids, dt) > SOFT,
@@ -235,11 +233,13 @@ impl Flow {
             if !friction.is_in_row(row.j, row.k) {
                 return;
             }
-            for (d, (u, taken)) in [first, second, third].into_iter().enumerate() {
-                for (i, at) in row.shifted(0).enumerate() {
-                    let rho = fluids.density(c[at]);
-                    let rubbed = friction.resistance(at, c[at]) * (dt / rho);
-                    let change = rubbed / (1.0 + rubbed) * (friction.surface[d][at] - u[i]);
+            let mut targets = [first, second, third];
+            for (i, at) in row.shifted(0).enumerate() {
+                let rho = fluids.density(c[at]);
+                let rubbed = friction.resistance(at, c[at]) * (dt / rho);
+                let part = rubbed / (1.0 + rubbed);
+                for ((u, taken), surface) in targets.iter_mut().zip(friction.surface) {
+                    let change = part * (surface[at] - u[i]);
                     u[i] += change;
                     taken[i] = -rho * change;
                 }

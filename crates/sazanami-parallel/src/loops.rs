@@ -117,6 +117,23 @@ impl<T: Send> SlicesMut for Rows<'_, T> {
     }
 }
 
+impl<S: SlicesMut, const N: usize> SlicesMut for [S; N] {
+    fn length(&self) -> usize {
+        self.first().map_or(0, S::length)
+    }
+
+    fn cut(self, middle: usize) -> (Self, Self) {
+        let mut behind = self.map(Some);
+        let before = std::array::from_fn(|n| {
+            let slices = behind[n].take().expect("each is cut once");
+            let (before, rest) = slices.cut(middle);
+            behind[n] = Some(rest);
+            before
+        });
+        (before, behind.map(|slices| slices.expect("each has a rest")))
+    }
+}
+
 macro_rules! slices_mut_for_tuple {
     ($($name:ident . $index:tt),+) => {
         impl<$($name: SlicesMut),+> SlicesMut for ($($name,)+) {

@@ -224,9 +224,9 @@ fn facts_of(shape: &Shape, bed: Option<&Bed>) -> ShapeFacts {
     ));
     let [smallest, largest] = report.sphere_radii;
     let radii = if largest - smallest < ROUNDED * largest {
-        length(largest)
+        format!("a radius of {}", length(largest))
     } else {
-        format!("{} to {}", length(smallest), length(largest))
+        format!("radii of {} to {}", length(smallest), length(largest))
     };
     let gap = if report.largest_gap < ROUNDED * largest {
         "no gap to the shape".into()
@@ -234,7 +234,7 @@ fn facts_of(shape: &Shape, bed: Option<&Bed>) -> ShapeFacts {
         format!("largest gap to the shape {}", length(report.largest_gap))
     };
     let spheres = if report.contact_spheres == 1 { "sphere" } else { "spheres" };
-    lines.push(format!("{} contact {spheres} with a radius of {radii}, {gap}", report.contact_spheres));
+    lines.push(format!("{} contact {spheres} with {radii}, {gap}", report.contact_spheres));
     let (low, high) = shape.extent();
     ShapeFacts {
         volume: Some(report.volume),

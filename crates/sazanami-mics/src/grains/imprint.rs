@@ -269,6 +269,18 @@ impl Group {
     }
 }
 
+/// The two vectors of six numbers.
+pub(super) fn two(values: &[Real; 6]) -> [Vector; 2] {
+    [0, 3].map(|first| Vector::from_slice(&values[first..first + 3]))
+}
+
+/// The rigid velocity of grain `n` in the covered part of a cell, times its share of it [m/s].
+#[inline]
+fn at_arm(motion: &[[Real; 6]], n: usize, share: &Share) -> Vector {
+    let [velocity, spin] = two(&motion[n]);
+    share.fraction * (velocity + spin.cross(share.arm()))
+}
+
 /// Volume fractions of the grains on the cells of a rank.
 pub struct Imprint {
     method: VolumeFractionMethod,
@@ -290,6 +302,8 @@ pub struct Imprint {
     pub solid_density: Field<Real>,
     /// Sum of alpha_k times the rigid velocity of grain k at the covered centroid [m/s].
     pub solid_velocity: [Field<Real>; 3],
+    /// Surface of the grains in each cell over its volume [1/m], if areas are asked for.
+    pub(super) area: Field<Real>,
     /// Number of grains in each cell, if areas are asked for.
     grains_in: Field<Real>,
     /// Whether any cell on any rank holds more than one.
@@ -315,6 +329,7 @@ impl Imprint {
             solid_fraction: Field::new(cells, 0.0),
             solid_density: Field::new(cells, 0.0),
             solid_velocity: std::array::from_fn(|_| Field::new(cells, 0.0)),
+            area: Field::new([0; 3], 0.0),
             grains_in: Field::new([0; 3], 0.0),
             is_shared: false,
         }
@@ -326,7 +341,7 @@ impl Imprint {
     pub fn with_areas(self, with_areas: bool) -> Self {
         let cells = if with_areas { self.solid_fraction.cells() } else { [0; 3] };
         let rigid = if with_areas { RIGID } else { 1.0 };
-        Self { with_areas, rigid, grains_in: Field::new(cells, 0.0), ..self }
+        Self { with_areas, rigid, area: Field::new(cells, 0.0), grains_in: Field::new(cells, 0.0), ..self }
     }
 
     /// The cells that grain `n` of the engine covers on this rank.
@@ -373,7 +388,7 @@ impl Imprint {
         self.planes.sort(&self.groups, &self.order);
         self.sum(domain, grains);
         if self.with_areas {
-            self.count_grains(domain);
+            self.sum_areas(domain);
         }
         self.report(domain, grains.owned())
     }
@@ -453,36 +468,17 @@ impl Imprint {
     pub fn sum_velocities(&mut self, domain: &Domain, motion: &[[Real; 6]]) {
         let Self { groups, planes, solid_velocity, covered, .. } = self;
         let lists = Lists { groups, planes };
-        lists.sum(domain, covered, solid_velocity.each_mut(), |n, share| {
-            let [velocity, spin] = [0, 3].map(|first| Vector::from_slice(&motion[n][first..first + 3]));
-            share.fraction * (velocity + spin.cross(share.arm()))
-        });
+        lists.sum(domain, covered, solid_velocity.each_mut(), |n, share| at_arm(motion, n, share).to_array());
     }
 
-    /// Sums the wetted areas over the cell volume [1/m] into `area`, and these times the velocity of the surface into
-    /// `velocity`: velocity and angular velocity of every grain and ghost are in `motion`.
-    pub fn sum_surfaces(
-        &self,
-        domain: &Domain,
-        motion: &[[Real; 6]],
-        area: &mut Field<Real>,
-        velocity: [&mut Field<Real>; 3],
-    ) {
-        let Self { groups, planes, covered, .. } = self;
-        let lists = Lists { groups, planes };
-        lists.sum(domain, covered, velocity, |n, share| {
-            let [velocity, spin] = [0, 3].map(|first| Vector::from_slice(&motion[n][first..first + 3]));
-            Real::from(share.wetted) * (velocity + spin.cross(share.foot()))
-        });
-        let plane = domain.strides()[2] as usize;
-        let interior = GHOSTS * plane..(GHOSTS + domain.cells()[2]) * plane;
-        let rows = Rows { data: &mut area.data_mut()[interior], width: plane };
-        for_each_chunk(rows, 1, |k, area| {
-            let origin = (GHOSTS + k) * plane;
-            area.data.fill(0.0);
-            lists.for_each_share(k, |_, _, shares| {
-                shares.iter().for_each(|share| area.data[share.at as usize - origin] += Real::from(share.wetted));
-            });
+    /// The same, and the wetted areas over the cell volume times the velocity of the surface [1/s] into `surface`.
+    pub(super) fn sum_surfaces(&mut self, domain: &Domain, motion: &[[Real; 6]], surface: [&mut Field<Real>; 3]) {
+        let Self { groups, planes, solid_velocity: [v1, v2, v3], covered, .. } = self;
+        let [s1, s2, s3] = surface;
+        Lists { groups, planes }.sum(domain, covered, [v1, v2, v3, s1, s2, s3], |n, share| {
+            let (v, [velocity, spin]) = (at_arm(motion, n, share), two(&motion[n]));
+            let s = Real::from(share.wetted) * (velocity + spin.cross(share.foot()));
+            [v.x, v.y, v.z, s.x, s.y, s.z]
         });
     }
 
@@ -494,22 +490,25 @@ impl Imprint {
         value: impl Fn(usize, &Share) -> Vector + Sync,
     ) {
         let Self { groups, planes, covered, .. } = self;
-        Lists { groups, planes }.sum(domain, covered, into, value);
+        Lists { groups, planes }.sum(domain, covered, into, |n, share| value(n, share).to_array());
     }
 
-    /// Sums `alpha_k density(k)` into the solid mass per cell volume, until the grains are imprinted again.
-    pub(super) fn sum_densities(&mut self, domain: &Domain, density: impl Fn(usize) -> Real + Sync) {
-        let Self { groups, planes, solid_density, .. } = self;
-        let lists = Lists { groups, planes };
-        let plane = domain.strides()[2] as usize;
-        let interior = GHOSTS * plane..(GHOSTS + domain.cells()[2]) * plane;
-        let rows = Rows { data: &mut solid_density.data_mut()[interior], width: plane };
-        for_each_chunk(rows, 1, |k, sums| {
-            let origin = (GHOSTS + k) * plane;
-            sums.data.fill(0.0);
-            lists.for_each_share(k, |n, _, shares| {
-                shares.iter().for_each(|share| sums.data[share.at as usize - origin] += share.fraction * density(n));
-            });
+    /// The rigid velocities as in [`Self::sum_velocities`], `alpha_k density(k)` into the solid mass per cell volume, until the grains are
+    /// imprinted again, and `value(grain, share, [area, alpha])` into `into`.
+    pub(super) fn sum_bound(
+        &mut self,
+        domain: &Domain,
+        motion: &[[Real; 6]],
+        density: impl Fn(usize) -> Real + Sync,
+        into: [&mut Field<Real>; 3],
+        value: impl Fn(usize, &Share, [&[Real]; 2]) -> Vector + Sync,
+    ) {
+        let Self { groups, planes, solid_velocity: [v1, v2, v3], solid_density, covered, area, solid_fraction, .. } =
+            self;
+        let (cover, [i1, i2, i3]) = ([area.data(), solid_fraction.data()], into);
+        Lists { groups, planes }.sum(domain, covered, [v1, v2, v3, solid_density, i1, i2, i3], |n, share| {
+            let (v, i) = (at_arm(motion, n, share), value(n, share, cover));
+            [v.x, v.y, v.z, share.fraction * density(n), i.x, i.y, i.z]
         });
     }
 

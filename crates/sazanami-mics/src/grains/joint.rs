@@ -34,7 +34,7 @@ use sazanami_numerics::{Matrix, Real, Vector};
 use sazanami_parallel::{for_each_chunk, max_over};
 
 use super::covered::part;
-use super::imprint::{Imprint, Share};
+use super::imprint::{Imprint, Share, two};
 use super::{GrainPhase, Surface};
 use crate::boundary::Boundary;
 use crate::diffusion::{DiffusionReport, ViscosityError};
@@ -57,6 +57,8 @@ pub(super) struct Joint {
     pub on: bool,
     /// Velocity and spin at the end of the pass, as far as known, of every grain and ghost [m/s, rad/s].
     pub velocity: Vec<[Real; 6]>,
+    /// Whether these are no longer those that the surfaces were placed with.
+    moved: bool,
     /// Velocity and spin at its start.
     start: Vec<[Real; 6]>,
     /// What the grains and the covered part hold of impulses: at the start, now.
@@ -75,16 +77,13 @@ pub(super) struct Joint {
     pub density: Vec<[Real; 1]>,
 }
 
-fn two(values: &[Real; 6]) -> [Vector; 2] {
-    [Vector::from_slice(&values[..3]), Vector::from_slice(&values[3..])]
-}
-
 fn six([a, b]: [Vector; 2]) -> [Real; 6] {
     [a.x, a.y, a.z, b.x, b.y, b.z]
 }
 
 /// The part of the friction in the cell of a share that acts on its grain, and where from its centre \[m].
-fn hold_on([friction, area, alpha]: [&[Real]; 3], share: &Share) -> (Real, Vector) {
+#[inline]
+pub(super) fn hold_on([friction, area, alpha]: [&[Real]; 3], share: &Share) -> (Real, Vector) {
     let at = share.at as usize;
     if friction[at] == Real::INFINITY {
         (share.fraction / alpha[at], share.arm())
@@ -95,20 +94,24 @@ fn hold_on([friction, area, alpha]: [&[Real]; 3], share: &Share) -> (Real, Vecto
     }
 }
 
+/// The velocity where it acts, of a grain in `motion`, times that part [m/s].
+#[inline]
+fn by_hold(grip: [&[Real]; 3], share: &Share, motion: &[Real; 6]) -> Vector {
+    let ([velocity, spin], (weight, place)) = (two(motion), hold_on(grip, share));
+    weight * (velocity + spin.cross(place))
+}
+
 impl Surface {
     /// The fields that [`hold_on`] needs.
-    fn grip<'a>(&'a self, imprint: &'a Imprint) -> [&'a [Real]; 3] {
-        [self.friction.data(), self.area.data(), imprint.solid_fraction.data()]
+    pub(super) fn grip<'a>(&'a self, imprint: &'a Imprint) -> [&'a [Real]; 3] {
+        [self.friction.data(), imprint.area.data(), imprint.solid_fraction.data()]
     }
 
     /// Gives the cells with friction the velocity of the surfaces of grains in `motion`.
     fn follow(&mut self, domain: &Domain, imprint: &Imprint, motion: &[[Real; 6]]) {
-        let Self { friction, area, velocity, .. } = self;
-        let grip = [friction.data(), area.data(), imprint.solid_fraction.data()];
-        imprint.sum_shares(domain, velocity.each_mut(), |n, share| {
-            let ([velocity, spin], (weight, place)) = (two(&motion[n]), hold_on(grip, share));
-            weight * (velocity + spin.cross(place))
-        });
+        let Self { friction, velocity, .. } = self;
+        let grip = [friction.data(), imprint.area.data(), imprint.solid_fraction.data()];
+        imprint.sum_shares(domain, velocity.each_mut(), |n, share| by_hold(grip, share, &motion[n]));
     }
 }
 
@@ -126,6 +129,7 @@ impl GrainPhase {
         joint.gained.resize(self.engine.grains().owned(), [0.0; 6]);
         joint.velocity.clear();
         joint.velocity.extend_from_slice(&self.motion);
+        joint.moved = false;
     }
 
     /// Starts a pass of `dt` \[s] after the transport; `response` is the factor b in the cells.
@@ -162,11 +166,6 @@ impl GrainPhase {
         let mut held = std::mem::take(&mut joint.held);
         self.sum_held(domain, flow, None, &mut held);
         self.joint.held = held;
-    }
-
-    /// Whether velocities of grains are unknowns in this step.
-    pub(crate) fn is_joint(&self) -> bool {
-        self.joint.on
     }
 
     /// Sums what friction gave each grain, that of `more` included, and the momentum of the fluid on the covered part of its cells.
@@ -216,10 +215,12 @@ impl GrainPhase {
             let ([a, b, turning_a, turning_b, _], inertia) = (joint.bound[n], grains.inertia[n].min_element());
             ((a - b) / grains.mass[n]).max((turning_a - turning_b) / inertia)
         });
-        let rounds = if spread > SPREAD { ROUNDS } else { 1 };
-        let kept = self.joint.kept.get_or_insert_with(|| std::array::from_fn(|_| domain.field(0.0)));
-        for (kept, u) in kept.iter_mut().zip(&flow.velocity) {
-            kept.data_mut().copy_from_slice(u.data());
+        let rounds = if flow.diffuses_implicitly(domain, dt) && spread > SPREAD { ROUNDS } else { 1 };
+        if rounds > 1 {
+            let kept = self.joint.kept.get_or_insert_with(|| std::array::from_fn(|_| domain.field(0.0)));
+            for (kept, u) in kept.iter_mut().zip(&flow.velocity) {
+                kept.data_mut().copy_from_slice(u.data());
+            }
         }
         let mut slopes = std::mem::take(&mut self.joint.slope);
         slopes.clear();
@@ -232,7 +233,9 @@ impl GrainPhase {
         let (mut iterations, mut first) = (0, 0.0);
         let mut report = DiffusionReport::default();
         for round in 0..rounds {
-            self.surface.follow(domain, &self.imprint, &self.joint.velocity);
+            if self.joint.moved {
+                self.surface.follow(domain, &self.imprint, &self.joint.velocity);
+            }
             if round > 0 {
                 for (kept, u) in self.joint.kept.iter().flatten().zip(&mut flow.velocity) {
                     u.data_mut().copy_from_slice(kept.data());
@@ -355,13 +358,14 @@ impl GrainPhase {
             velocity.iter_mut().zip(change).for_each(|(v, c)| *v += c);
         }
         self.joint.change = changes;
+        self.joint.moved = true;
     }
 
     /// Shares out the impulse that the viscous step left between grain and bound fluid, and sets the closed parts of the faces.
     pub(crate) fn settle(&mut self, domain: &Domain, flow: &mut Flow, response: Option<&[Real]>) {
         let Some(response) = response.filter(|_| self.joint.on) else { return };
         self.yield_to_left(domain);
-        self.surface.follow(domain, &self.imprint, &self.joint.change);
+        self.bind(domain);
         let Surface { velocity, taken: [t1, t2, t3], covered, .. } = &mut self.surface;
         let (rho, velocity) = (flow.density.data(), velocity.each_ref().map(Field::data));
         for (d, (u, taken)) in flow.velocity.iter_mut().zip([t1, t2, t3]).enumerate() {
@@ -376,7 +380,13 @@ impl GrainPhase {
                 }
             });
         }
-        let Self { joint, imprint, engine, shapes, .. } = self;
+        self.imprint.fill_halos(domain);
+    }
+
+    /// Sums velocity and density of the grains with the fluid bound to them, and gives the cells with friction the change of their
+    /// velocity.
+    fn bind(&mut self, domain: &Domain) {
+        let Self { joint, imprint, engine, shapes, surface, .. } = self;
         let grains = engine.grains();
         joint.density.resize(grains.len(), [0.0; 1]);
         let (bound, rigid) = (&joint.bound, imprint.rigid());
@@ -392,9 +402,11 @@ impl GrainPhase {
             }
         });
         engine.share_with_ghosts(domain, &mut joint.density);
-        imprint.sum_densities(domain, |n| joint.density[n][0]);
-        imprint.sum_velocities(domain, &joint.velocity);
-        imprint.fill_halos(domain);
+        let Surface { friction, velocity, .. } = surface;
+        let (friction, Joint { velocity: motion, density, change, .. }) = (friction.data(), &*joint);
+        let follow =
+            |n: usize, share: &Share, [area, alpha]: [&[Real]; 2]| by_hold([friction, area, alpha], share, &change[n]);
+        imprint.sum_bound(domain, motion, |n| density[n][0], velocity.each_mut(), follow);
     }
 
     fn yield_to_left(&mut self, domain: &Domain) {
@@ -406,20 +418,37 @@ impl GrainPhase {
         });
     }
 
-    /// Sets the change of the velocity of the surfaces by the projection, `change(at)` being that of the acceleration in the cells
-    /// times the step [m/s].
-    pub(crate) fn give_way(
-        &mut self,
-        domain: &Domain,
-        flow: &Flow,
-        response: &[Real],
-        change: impl Fn(usize) -> Vector + Sync,
-    ) {
-        if !self.joint.on {
-            return;
+    /// Leaves of the change of the acceleration by the projection, times the length of the pass in the middle three scratch fields of `flow`
+    /// [m/s], what the friction of the surfaces leaves, and books what it takes; surfaces of free grains give way.
+    pub(crate) fn give_way(&mut self, domain: &Domain, flow: &mut Flow, response: &[Real]) {
+        let Flow { velocity, density, work: [_, _, _, c1, c2, c3, ..], .. } = flow;
+        let (rho, change) = (density.data(), [&*c1, c2, c3].map(Field::data));
+        let joint = self.joint.on;
+        if joint {
+            self.move_by_projection(domain, rho, response, change);
         }
+        let Surface { velocity: yielding, taken, covered, .. } = &mut self.surface;
+        for (d, (u, taken)) in velocity.iter_mut().zip(taken).enumerate() {
+            let (change, yielding) = (change[d], yielding[d].data());
+            domain.for_each_row(&domain.interior(), (u.data_mut(), taken.data_mut()), |row, (u, taken)| {
+                if !covered.holds(row.j, row.k) {
+                    return;
+                }
+                for (i, at) in row.shifted(0).enumerate().filter(|(_, at)| response[*at] < 1.0) {
+                    let towards = if joint { yielding[at] } else { 0.0 };
+                    let lost = (1.0 - response[at]) * (change[at] - towards);
+                    u[i] -= lost;
+                    taken[i] += rho[at] * lost;
+                }
+            });
+        }
+    }
+
+    /// Sets the change of the velocity of the surfaces by the projection, `change` being that of the acceleration in the cells
+    /// times the step [m/s].
+    fn move_by_projection(&mut self, domain: &Domain, rho: &[Real], response: &[Real], change: [&[Real]; 3]) {
         let Self { joint, imprint, surface, engine, .. } = self;
-        let (volume, alpha, rho) = (domain.grid().cell_volume(), imprint.solid_fraction.data(), flow.density.data());
+        let (volume, alpha) = (domain.grid().cell_volume(), imprint.solid_fraction.data());
         let grip = surface.grip(imprint);
         joint.left.resize(engine.grains().len(), [0.0; 6]);
         for_each_chunk(&mut joint.left[..], 64, |number, sums| {
@@ -428,7 +457,7 @@ impl GrainPhase {
                 for share in imprint.shares(number * 64 + offset) {
                     let at = share.at as usize;
                     let (weight, place) = hold_on(grip, share);
-                    let impulse = rho[at] * volume * change(at);
+                    let impulse = rho[at] * volume * Vector::new(change[0][at], change[1][at], change[2][at]);
                     let b = response[at];
                     let (held, rubbed) = (part(share.fraction, alpha[at]) * b * impulse, weight * (1.0 - b) * impulse);
                     linear += held + rubbed;

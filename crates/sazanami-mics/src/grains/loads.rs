@@ -8,6 +8,7 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
 use super::imprint::Imprint;
+use super::joint::hold_on;
 use super::surface::Surface;
 
 /// Force and torque of the fluid on a grain.
@@ -43,36 +44,34 @@ pub(super) fn integrate(
     });
 }
 
-/// Shares out what is `given` to the grains in each cell, per volume [N s/m^3], among these: impulses [N s] and angular impulses
-/// [N m s].
-pub(super) fn share_out(domain: &Domain, imprint: &Imprint, given: &[Field<Real>; 3], loads: &mut [FluidLoad]) {
+/// Shares out what is `given` to the grains in each cell, per volume [N s/m^3], among these, and adds the friction of the last step on
+/// the `surface`, ghosts filled, if asked for: impulses [N s] and angular impulses [N m s].
+pub(super) fn share_out(
+    domain: &Domain,
+    imprint: &Imprint,
+    given: &[Field<Real>; 3],
+    surface: Option<&Surface>,
+    loads: &mut [FluidLoad],
+) {
     let volume = domain.grid().cell_volume();
     let alpha = imprint.solid_fraction.data();
-    let [g1, g2, g3] = given.each_ref().map(Field::data);
+    let of = |fields: [&[Real]; 3], at: usize| Vector::new(fields[0][at], fields[1][at], fields[2][at]);
+    let given = given.each_ref().map(Field::data);
+    let friction = surface.map(|surface| (surface.grip(imprint), surface.taken.each_ref().map(Field::data)));
     for_each_chunk(loads, 64, |number, loads| {
         for (offset, load) in loads.iter_mut().enumerate() {
             *load = FluidLoad::default();
             for share in imprint.shares(number * 64 + offset) {
                 let at = share.at as usize;
-                let impulse = share.fraction / alpha[at] * volume * Vector::new(g1[at], g2[at], g3[at]);
+                let impulse = share.fraction / alpha[at] * volume * of(given, at);
                 load.force += impulse;
                 load.torque += share.arm().cross(impulse);
-            }
-        }
-    });
-}
-
-/// Adds the friction of the last step that acts on each grain: impulses [N s] and angular impulses [N m s].
-pub(super) fn of_friction(domain: &Domain, imprint: &Imprint, surface: &Surface, loads: &mut [FluidLoad]) {
-    let volume = domain.grid().cell_volume();
-    let alpha = imprint.solid_fraction.data();
-    for_each_chunk(loads, 64, |number, loads| {
-        for (offset, load) in loads.iter_mut().enumerate() {
-            for share in imprint.shares(number * 64 + offset) {
-                let part = share.fraction / alpha[share.at as usize] * volume;
-                let [impulse, angular] = surface.on_grain(domain, share, part);
-                load.force += impulse;
-                load.torque += angular;
+                if let Some((grip, taken)) = friction {
+                    let (weight, place) = hold_on(grip, share);
+                    let impulse = weight * volume * of(taken, at);
+                    load.force += impulse;
+                    load.torque += place.cross(impulse);
+                }
             }
         }
     });

@@ -17,7 +17,7 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::{Shape, VolumeFractionMethod};
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Quaternion, Real, Vector};
-use sazanami_parallel::{Reduction, reduce_over};
+use sazanami_parallel::{Reduction, for_each_chunk, reduce_over};
 
 use crate::flow::Flow;
 use crate::grains::joint::Joint;
@@ -229,18 +229,26 @@ impl GrainPhase {
         !self.is_empty() && self.coupling.exchange == Exchange::Surface
     }
 
-    /// Sums the velocities of the grains on the grid, changed by `change(n)` of velocity and angular velocity.
-    fn sum_velocities(&mut self, domain: &Domain, change: impl Fn(&Self, usize) -> [Vector; 2]) {
+    /// Finds velocity and angular velocity of every grain and ghost, changed by `change(n)`.
+    fn find_motion(&mut self, domain: &Domain, change: impl Fn(&Self, usize) -> [Vector; 2] + Sync) {
         let mut motion = std::mem::take(&mut self.motion);
-        motion.resize(self.engine.grains().len(), [0.0; 6]);
-        for (n, motion) in motion.iter_mut().enumerate().take(self.engine.grains().owned()) {
-            let (grains, [faster, spinning]) = (self.engine.grains(), change(self, n));
-            let [v, w] = [grains.velocity[n] + faster, grains.angular_velocity(n) + spinning].map(|v| v.to_array());
-            *motion = [v[0], v[1], v[2], w[0], w[1], w[2]];
-        }
+        let grains = self.engine.grains();
+        motion.resize(grains.len(), [0.0; 6]);
+        for_each_chunk(&mut motion[..grains.owned()], BATCH, |number, motion| {
+            for (n, motion) in (number * BATCH..).zip(motion) {
+                let [faster, spinning] = change(self, n);
+                let [v, w] = [grains.velocity[n] + faster, grains.angular_velocity(n) + spinning].map(|v| v.to_array());
+                *motion = [v[0], v[1], v[2], w[0], w[1], w[2]];
+            }
+        });
         self.engine.share_with_ghosts(domain, &mut motion);
-        self.imprint.sum_velocities(domain, &motion);
         self.motion = motion;
+    }
+
+    /// Sums the velocities of the grains on the grid, changed by `change(n)` of velocity and angular velocity.
+    fn sum_velocities(&mut self, domain: &Domain, change: impl Fn(&Self, usize) -> [Vector; 2] + Sync) {
+        self.find_motion(domain, change);
+        self.imprint.sum_velocities(domain, &self.motion);
     }
 
     /// Clears the stress impulse of the last step.

@@ -65,11 +65,7 @@ impl GrainPhase {
     /// Sums what the cells owe each grain, and the friction on its surface if asked for, at its owner.
     fn share_out(&mut self, domain: &Domain, room: &Room, friction: bool) {
         self.loads.resize(self.engine.grains().len(), FluidLoad::default());
-        loads::share_out(domain, &self.imprint, room.given(), &mut self.loads);
-        if friction {
-            self.surface.complete(domain);
-            loads::of_friction(domain, &self.imprint, &self.surface, &mut self.loads);
-        }
+        loads::share_out(domain, &self.imprint, room.given(), friction.then_some(&self.surface), &mut self.loads);
         self.gather_loads(domain);
     }
 }

@@ -42,7 +42,7 @@ impl GrainPhase {
         if !self.has_surfaces() {
             return self.clear_stress(domain);
         }
-        self.sum_velocities(domain, |_, _| [Vector::ZERO; 2]);
+        self.find_motion(domain, |_, _| [Vector::ZERO; 2]);
         self.surface.place(domain, &mut self.imprint, &self.motion, flow);
         self.joint.on = self.joins(domain, flow);
         self.begin_joint();
@@ -79,18 +79,19 @@ impl GrainPhase {
         })
     }
 
-    /// Sums what the grains cover of the lower faces in direction `d`, what they carry through, and how light they are: [`crate::mobility::Cut`].
-    pub(crate) fn cut_faces(&self, domain: &Domain, d: usize, into: [&mut Field<Real>; 3]) {
+    /// Sums what the grains cover of the lower faces, what they carry through, and how light they are: [`crate::mobility::Cut`].
+    pub(crate) fn cut_faces(&self, domain: &Domain, into: &mut [Field<Real>; 9]) {
         let motion = if self.joint.on { &self.joint.velocity } else { &self.motion };
         let grains = self.engine.grains();
-        let density = |n: usize| match self.joint.density.get(n).filter(|_| self.joint.on) {
-            Some(&[density]) => density,
+        let lightness = |n: usize| match self.joint.density.get(n).filter(|_| self.joint.on) {
+            Some(&[density]) => 1.0 / density,
             None => {
-                let mass = grains.mass[n] / (self.shapes[grains.shape[n] as usize].volume() * grains.scale[n].powi(3));
-                if grains.motion[n] == Motion::Free { mass } else { self.imprint.rigid() * mass }
+                let volume = self.shapes[grains.shape[n] as usize].volume() * grains.scale[n].powi(3);
+                let heavier = if grains.motion[n] == Motion::Free { 1.0 } else { self.imprint.rigid() };
+                volume / (heavier * grains.mass[n])
             }
         };
-        self.imprint.sum_sections(domain, d, motion, density, into);
+        self.imprint.sum_sections(domain, motion, lightness, into);
     }
 
     /// Gives each free grain its `impulse(n)` and angular impulse [N s, N m s] and keeps its accelerations in the step of `dt` \[s].

@@ -24,11 +24,11 @@
 //! where `s`, the variance of the solid fraction over the cell and its 26 neighbours over `m (1 - m)` with the mean `m`, is 1 where
 //! cells are covered whole or not at all, and 0 where all are covered by the same part.
 
-use sazanami_numerics::domain::{Domain, GhostRules};
+use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
 
-use super::imprint::{Imprint, Share};
+use super::imprint::Imprint;
 use crate::flow::Flow;
 use crate::mobility::{NARROWEST, RowSet};
 
@@ -58,17 +58,26 @@ fn beside_slip(reynolds: Real, resolved: Real) -> Real {
     SLOW + resolved * layer + (1.0 - resolved) * FORM * reynolds
 }
 
-/// Part to which the grid resolves the surface in a cell.
-fn resolved(alpha: &[Real], at: usize, strides: [usize; 3]) -> Real {
+/// Cells of a row that are looked at together.
+const BLOCK: usize = 64;
+
+/// Parts to which the grid resolves the surface in at most [`BLOCK`] cells of a row, the first of them at place `at`.
+fn resolved(alpha: &[Real], at: usize, strides: [usize; 3], parts: &mut [Real]) {
     let first = at - strides.iter().sum::<usize>();
-    let around = (0..27).map(|n| first + n % 3 * strides[0] + n / 3 % 3 * strides[1] + n / 9 * strides[2]);
-    let [sum, squares] = around.fold([0.0; 2], |[sum, squares], at| {
-        let alpha = alpha[at].min(1.0);
-        [sum + alpha, squares + alpha * alpha]
-    });
-    let mean: Real = sum / 27.0;
-    let spread = mean * (1.0 - mean);
-    if spread > 0.0 { ((squares / 27.0 - mean * mean) / (RESOLVED * spread)).min(1.0) } else { 1.0 }
+    let [mut sums, mut squares] = [[0.0; BLOCK + 2]; 2];
+    for row in (0..9).map(|n| first + n % 3 * strides[1] + n / 3 * strides[2]) {
+        let row = &alpha[row..row + parts.len() + 2];
+        for (alpha, (sum, square)) in row.iter().zip(sums.iter_mut().zip(&mut squares)) {
+            let alpha = alpha.min(1.0);
+            *sum += alpha;
+            *square += alpha * alpha;
+        }
+    }
+    for (i, part) in parts.iter_mut().enumerate() {
+        let [mean, square] = [&sums, &squares].map(|line| (line[i] + line[i + 1] + line[i + 2]) / 27.0);
+        let spread: Real = mean * (1.0 - mean);
+        *part = if spread > 0.0 { ((square - mean * mean) / (RESOLVED * spread)).min(1.0) } else { 1.0 };
+    }
 }
 
 /// Friction on the surfaces of the grains.
@@ -77,8 +86,6 @@ pub(crate) struct Surface {
     pub(super) friction: Field<Real>,
     /// Velocity of the surface in cells with friction [m/s].
     pub(super) velocity: [Field<Real>; 3],
-    /// Surface in each cell over its volume [1/m].
-    pub(super) area: Field<Real>,
     /// Momentum that friction took from the fluid in this step, per volume [N s/m^3].
     pub(super) taken: [Field<Real>; 3],
     /// Rows that grains cover, and those beside them too.
@@ -92,21 +99,20 @@ impl Surface {
         let field = || Field::new(cells, 0.0);
         let three = || [field(), field(), field()];
         let (covered, beside) = (RowSet::default(), RowSet::default());
-        Self { friction: field(), velocity: three(), area: field(), taken: three(), covered, beside }
+        Self { friction: field(), velocity: three(), taken: three(), covered, beside }
     }
 
-    /// Places the surfaces for a step; velocity and angular velocity of every grain and ghost are in `motion`.
+    /// Places the surfaces for a step, and sums the velocities of the grains in the cells; velocity and angular velocity of every grain and ghost are in `motion`.
     pub fn place(&mut self, domain: &Domain, imprint: &mut Imprint, motion: &[[Real; 6]], flow: &Flow) {
+        imprint.sum_surfaces(domain, motion, self.velocity.each_mut());
         imprint.fill_halos(domain);
         self.covered.covered(domain, &imprint.solid_fraction, |j, k| imprint.row_is_covered(j, k));
         self.beside.and_beside(domain, &self.covered);
-        let [v1, v2, v3] = &mut self.velocity;
-        imprint.sum_surfaces(domain, motion, &mut self.area, [v1, v2, v3]);
         let strides = domain.strides().map(|s| s as usize);
         let (alpha, shared) = (imprint.solid_fraction.data(), imprint.shared());
         let solid = imprint.solid_velocity.each_ref().map(Field::data);
-        let Self { friction, velocity: [v1, v2, v3], area, taken: [t1, t2, t3], covered, .. } = self;
-        let area = area.data();
+        let Self { friction, velocity: [v1, v2, v3], taken: [t1, t2, t3], covered, .. } = self;
+        let area = imprint.area.data();
         let (c, [u1, u2, u3]) = (flow.volume_fraction.data(), flow.velocity.each_ref().map(Field::data));
         let velocity = (v1.data_mut(), v2.data_mut(), v3.data_mut());
         let taken = (t1.data_mut(), t2.data_mut(), t3.data_mut());
@@ -116,7 +122,11 @@ impl Surface {
             if !covered.holds(row.j, row.k) {
                 return;
             }
+            let mut parts = [0.0; BLOCK];
             for (i, at) in row.shifted(0).enumerate() {
+                if i % BLOCK == 0 {
+                    resolved(alpha, at, strides, &mut parts[..BLOCK.min(row.len - i)]);
+                }
                 let is_shared = shared.is_some_and(|count| count[at] > 1.0) && area[at] > 0.0;
                 let towards = if alpha[at] >= SOLID && !is_shared {
                     friction[i] = Real::INFINITY;
@@ -126,7 +136,7 @@ impl Surface {
                     let (radius, towards) = (open / area[at], Vector::new(v1[i], v2[i], v3[i]) / area[at]);
                     let slip = (Vector::new(u1[at], u2[at], u3[at]) - towards).length();
                     let reynolds = slip * radius / flow.fluids.kinematic_viscosity(c[at]);
-                    friction[i] = beside_slip(reynolds, resolved(alpha, at, strides)) / (radius * radius);
+                    friction[i] = beside_slip(reynolds, parts[i % BLOCK]) / (radius * radius);
                     towards
                 } else {
                     continue;
@@ -148,29 +158,6 @@ impl Surface {
                 (u1[i], u2[i], u3[i]) = (velocity[0][at], velocity[1][at], velocity[2][at]);
             }
         });
-    }
-
-    /// Fills the ghosts of what the friction took, for [`Self::on_grain`].
-    pub fn complete(&mut self, domain: &Domain) {
-        let Self { friction, taken: [t1, t2, t3], .. } = self;
-        let even = &GhostRules::EVEN;
-        domain.fill_halos_to(1, &mut [(friction, even), (t1, even), (t2, even), (t3, even)]);
-    }
-
-    /// Impulse that the friction in the cell of a share gives its grain, and the angular impulse about the grain's centre
-    /// [N s, N m s]; `part` of the cell is the grain's where it is solid [m^3].
-    pub fn on_grain(&self, domain: &Domain, share: &Share, part: Real) -> [Vector; 2] {
-        let at = share.at as usize;
-        let taken = Vector::from_array(self.taken.each_ref().map(|taken| taken.data()[at]));
-        let (impulse, arm) = if self.friction.data()[at] == Real::INFINITY {
-            (part * taken, share.arm())
-        } else if self.area.data()[at] > 0.0 {
-            let wetted = Real::from(share.wetted) / self.area.data()[at];
-            (wetted * domain.grid().cell_volume() * taken, share.foot())
-        } else {
-            return [Vector::ZERO; 2];
-        };
-        [impulse, arm.cross(impulse)]
     }
 
     /// Friction, velocity of the surface, and the rows in which there may be friction.
@@ -210,11 +197,16 @@ mod tests {
         let field = |alpha: fn(usize) -> Real| (0..64).map(alpha).collect::<Vec<_>>();
         let at = 1 + 4 + 16;
         let half = field(|n| if n % 4 < 1 { 1.0 } else { 0.0 });
-        assert_eq!(resolved(&half, at, strides), 1.0);
+        let resolved = |alpha: &[Real]| {
+            let mut part = [0.0];
+            resolved(alpha, at, strides, &mut part);
+            part[0]
+        };
+        assert_eq!(resolved(&half), 1.0);
         let mixed = field(|_| 0.4);
-        assert!(resolved(&mixed, at, strides) < 1e-12);
+        assert!(resolved(&mixed) < 1e-12);
         let between = field(|n| if n % 2 == 0 { 0.2 } else { 0.6 });
-        let found = resolved(&between, at, strides);
+        let found = resolved(&between);
         assert!(found > 0.05 && found < 0.5, "{found}");
     }
 

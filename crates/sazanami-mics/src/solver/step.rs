@@ -168,7 +168,7 @@ impl<'a> FluidPass<'a> {
         let Pass { domain, boundary, gravity, dt } = self.now;
         if let Some(closing) = self.grains.closing() {
             let response = self.acceleration.as_ref().and_then(|acceleration| acceleration.response());
-            let cut = |d: usize, into: [&mut Field<Real>; 3]| self.grains.cut_faces(domain, d, into);
+            let cut = |into: &mut [Field<Real>; 9]| self.grains.cut_faces(domain, into);
             let before = self.acceleration.as_ref().filter(|acceleration| acceleration.is_beside_surfaces());
             let before = before.map(|acceleration| (acceleration.kept(), gravity));
             let closing = Closing { response, before, cut: Some(&cut), ..closing };
@@ -189,12 +189,10 @@ impl<'a> FluidPass<'a> {
         let Self { now, flow, projection, grains, room, .. } = self;
         let Pass { domain, gravity, dt, .. } = *now;
         if let Some(acceleration) = &self.acceleration {
-            if let Some(response) = acceleration.response() {
-                grains.give_way(domain, flow, response, acceleration.change(now, flow, projection));
-            }
-            let joint = grains.is_joint();
-            if let Some(surface) = grains.surface_mut() {
-                acceleration.rub(now, flow, projection, surface, joint);
+            let rows = grains.surface_mut().map(|surface| &surface.covered);
+            if let (Some(response), Some(rows)) = (acceleration.response(), rows) {
+                acceleration.find_change(now, flow, projection, rows);
+                grains.give_way(domain, flow, response);
             }
             grains.end_pass(domain, flow, gravity, dt);
         }

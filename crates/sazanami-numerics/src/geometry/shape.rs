@@ -4,6 +4,7 @@
 //! contact. Neither is derived from the other.
 
 use super::contact_spheres::{ContactSphereError, Outline};
+use super::surface_mesh::Facet;
 use super::{
     ContactSphereRule, ContactSpheres, Cylinder, Exact, MassProperties, MeshError, MeshQuality, Spheroid, SpheroidMesh,
     SurfaceMesh, TetrahedralMesh, VolumeRule, box_mesh, cylinder_mesh, sphere_mesh, spheroid_mesh,
@@ -16,6 +17,7 @@ pub struct Shape {
     name: String,
     mesh: TetrahedralMesh,
     surface: SurfaceMesh,
+    facets: Vec<Facet>,
     volume: Real,
     principal_inertia: Vector,
     bounding_radius: Real,
@@ -220,6 +222,7 @@ impl Shape {
             volume: mass.volume,
             principal_inertia: mass.principal_inertia,
             levers: surface.levers(),
+            facets: surface.facets(),
             mesh,
             surface,
             contact_spheres,
@@ -243,6 +246,7 @@ impl Shape {
                 nodes: self.surface.nodes.iter().map(|&p| factor * p).collect(),
                 triangles: self.surface.triangles.clone(),
             },
+            facets: self.facets.clone(),
             volume: factor.powi(3) * self.volume,
             principal_inertia: factor.powi(5) * self.principal_inertia,
             bounding_radius: factor * self.bounding_radius,
@@ -277,6 +281,11 @@ impl Shape {
     #[must_use]
     pub fn surface(&self) -> &SurfaceMesh {
         &self.surface
+    }
+
+    /// The same as plane facets of three or four corners.
+    pub(super) fn facets(&self) -> &[Facet] {
+        &self.facets
     }
 
     /// Volume of the mesh [m^3]; times the density, the mass.

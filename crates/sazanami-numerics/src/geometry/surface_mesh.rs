@@ -1,5 +1,7 @@
 //! Closed triangle surfaces: volume, inside or outside, distance.
 
+use std::collections::HashMap;
+
 use super::MeshError;
 use super::bounding_tree::{BoundingTree, Bounds};
 use crate::{Real, Vector};
@@ -13,7 +15,61 @@ pub struct SurfaceMesh {
     pub triangles: Vec<[u32; 3]>,
 }
 
+/// Nodes of a plane convex piece of a surface: a triangle, or two that share an edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Facet {
+    nodes: [u32; 4],
+    count: usize,
+}
+
+impl Facet {
+    /// Indices of the nodes, counterclockwise seen from outside.
+    pub fn nodes(&self) -> &[u32] {
+        &self.nodes[..self.count]
+    }
+}
+
+/// Sine of the angle between two triangles up to which they are one facet.
+const PLANE: Real = 1e-9;
+
 impl SurfaceMesh {
+    /// The surface as facets: every triangle is a part of one.
+    pub(super) fn facets(&self) -> Vec<Facet> {
+        let sides = |[a, b, c]: [u32; 3]| [[a, b, c], [b, c, a], [c, a, b]];
+        let behind: HashMap<(u32, u32), (usize, u32)> = (self.triangles.iter().enumerate())
+            .flat_map(|(t, &triangle)| sides(triangle).map(|[a, b, c]| ((a, b), (t, c))))
+            .collect();
+        let mut is_done = vec![false; self.triangles.len()];
+        let mut facets = Vec::with_capacity(self.triangles.len());
+        for t in 0..self.triangles.len() {
+            if std::mem::replace(&mut is_done[t], true) {
+                continue;
+            }
+            let joined = sides(self.triangles[t]).into_iter().find_map(|[a, b, c]| {
+                let &(other, d) = behind.get(&(b, a)).filter(|(other, _)| !is_done[*other])?;
+                self.is_plane_and_convex([a, d, b, c]).then_some((other, [a, d, b, c]))
+            });
+            facets.push(match joined {
+                Some((other, nodes)) => {
+                    is_done[other] = true;
+                    Facet { nodes, count: 4 }
+                }
+                None => {
+                    let [a, b, c] = self.triangles[t];
+                    Facet { nodes: [a, b, c, c], count: 3 }
+                }
+            });
+        }
+        facets
+    }
+
+    fn is_plane_and_convex(&self, nodes: [u32; 4]) -> bool {
+        let p = nodes.map(|node| self.nodes[node as usize]);
+        let turn = |n: usize| (p[(n + 1) % 4] - p[n]).cross(p[(n + 2) % 4] - p[(n + 1) % 4]).normalize_or_zero();
+        let first = turn(0);
+        (1..4).map(turn).all(|turn| first.cross(turn).length() < PLANE && first.dot(turn) > 0.0)
+    }
+
     /// Corners of triangle `t` \[m].
     #[must_use]
     pub fn corners(&self, t: usize) -> [Vector; 3] {
@@ -193,6 +249,28 @@ mod tests {
         ] {
             assert!((cube.closest_point(&tree, point) - nearest).length() < 1e-14);
         }
+    }
+
+    #[test]
+    fn two_triangles_in_a_plane_are_one_facet() {
+        let cube = box_mesh(Vector::splat(2.0)).boundary();
+        let facets = cube.facets();
+        assert_eq!(facets.len(), 6);
+        let centre = |facet: &Facet| facet.nodes().iter().map(|&n| cube.nodes[n as usize]).sum::<Vector>() / 4.0;
+        for facet in &facets {
+            let [a, b, c, d] = facet.nodes() else { panic!("a square has four corners") };
+            let [a, b, c, d] = [a, b, c, d].map(|&n| cube.nodes[n as usize]);
+            let area = 0.5 * (c - a).cross(d - b);
+            assert!((area - 4.0 * centre(facet)).length() < 1e-14, "{area}");
+        }
+        // A bent pair stays two triangles, and so does one that is no convex quadrilateral.
+        let mesh = |fourth: Vector| SurfaceMesh {
+            nodes: vec![Vector::ZERO, Vector::X, Vector::Y, fourth],
+            triangles: vec![[0, 1, 2], [2, 1, 3]],
+        };
+        assert_eq!(mesh(Vector::new(1.0, 1.0, 0.0)).facets().len(), 1);
+        assert_eq!(mesh(Vector::new(1.0, 1.0, 1e-6)).facets().len(), 2);
+        assert_eq!(mesh(Vector::new(3.0, -1.0, 0.0)).facets().len(), 2);
     }
 
     #[test]

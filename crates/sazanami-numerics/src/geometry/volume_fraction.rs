@@ -17,6 +17,7 @@ mod clip;
 mod columns;
 
 use super::Shape;
+use super::surface_mesh::Facet;
 use crate::grid::Grid;
 use crate::{Matrix, Quaternion, Real, Vector};
 
@@ -177,7 +178,7 @@ impl Rasteriser {
         if self.with_areas {
             self.block.areas.clear();
             self.block.areas.resize(self.block.sums.len(), Piece::default());
-            clip::accumulate_areas(&self.nodes, triangles, grid.spacing, &mut self.block);
+            clip::accumulate_areas(&self.nodes, shape.facets(), grid.spacing, &mut self.block);
             self.block.cut_faces();
         }
         let exact_cells = shape.volume() * scale.powi(3) / grid.cell_volume();

@@ -212,7 +212,7 @@ fn step(text: &mut String, case: &Case, report: &CheckReport) {
         }
     }
     let most = if report.most_steps > 1.2 * report.steps {
-        format!("; {} if bodies have the highest speed that they reach all the time", number(report.most_steps, 0))
+        format!(", up to {} at the highest speed that bodies reach", number(report.most_steps, 0))
     } else {
         String::new()
     };
@@ -289,7 +289,7 @@ fn cost(text: &mut String, case: &Case, report: &CheckReport) {
         if report.threads == 1 { "" } else { "s" },
         if parts.is_empty() { String::new() } else { format!(" ({})", parts.join(", ")) },
         if report.predicted_most_s > 1.2 * report.predicted_total_s {
-            format!("; {} with the more steps above", duration(report.predicted_most_s))
+            format!(", up to {} with the most steps", duration(report.predicted_most_s))
         } else {
             String::new()
         }

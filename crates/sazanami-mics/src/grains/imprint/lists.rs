@@ -1,8 +1,8 @@
 //! The cell lists of the grains, in the order in which sums over them are made.
 
+use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::{Field, GHOSTS};
-use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{Rows, for_each_chunk};
 
 use super::{GROUP, Group, Share};
@@ -81,30 +81,28 @@ pub(super) struct Lists<'a> {
 
 impl Lists<'_> {
     /// Sums `value(grain, share)` over the grains into the cells of the `covered` rows, plane by plane.
-    pub fn sum(
+    pub fn sum<const N: usize>(
         &self,
         domain: &Domain,
         covered: &[bool],
-        into: [&mut Field<Real>; 3],
-        value: impl Fn(usize, &Share) -> Vector + Sync,
+        into: [&mut Field<Real>; N],
+        value: impl Fn(usize, &Share) -> [Real; N] + Sync,
     ) {
         let [plane, width] = [2, 1].map(|d| domain.strides()[d] as usize);
         let [_, n2, n3] = domain.cells();
         let interior = GHOSTS * plane..(GHOSTS + n3) * plane;
-        let [a, b, c] = into.map(|field| Rows { data: &mut field.data_mut()[interior.clone()], width: plane });
-        for_each_chunk((a, b, c), 1, |k, (a, b, c)| {
-            let (a, b, c) = (a.data, b.data, c.data);
+        let into = into.map(|field| Rows { data: &mut field.data_mut()[interior.clone()], width: plane });
+        for_each_chunk(into, 1, |k, into| {
+            let mut sums = into.map(|rows| rows.data);
             let origin = (GHOSTS + k) * plane;
             for j in (0..n2).filter(|&j| covered[k * n2 + j]) {
                 let row = (j + GHOSTS) * width..(j + GHOSTS + 1) * width;
-                [&mut *a, b, c].into_iter().for_each(|sum| sum[row.clone()].fill(0.0));
+                sums.iter_mut().for_each(|sum| sum[row.clone()].fill(0.0));
             }
             self.for_each_share(k, |n, _, shares| {
                 for share in shares {
-                    let (at, value) = (share.at as usize - origin, value(n, share));
-                    a[at] += value.x;
-                    b[at] += value.y;
-                    c[at] += value.z;
+                    let (at, values) = (share.at as usize - origin, value(n, share));
+                    sums.iter_mut().zip(values).for_each(|(sum, value)| sum[at] += value);
                 }
             });
         });

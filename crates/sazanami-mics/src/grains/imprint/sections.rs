@@ -9,18 +9,24 @@ use super::Imprint;
 use super::lists::Lists;
 
 impl Imprint {
-    /// Counts the grains in the cells.
-    pub(super) fn count_grains(&mut self, domain: &Domain) {
-        let Self { groups, planes, grains_in, .. } = self;
+    /// Sums the wetted areas over the cell volume, and counts the grains in the cells.
+    pub(super) fn sum_areas(&mut self, domain: &Domain) {
+        let Self { groups, planes, area, grains_in, .. } = self;
         let lists = Lists { groups, planes };
         let plane = domain.strides()[2] as usize;
         let interior = GHOSTS * plane..(GHOSTS + domain.cells()[2]) * plane;
-        let rows = Rows { data: &mut grains_in.data_mut()[interior], width: plane };
-        for_each_chunk(rows, 1, |k, count| {
-            let origin = (GHOSTS + k) * plane;
-            count.data.fill(0.0);
+        let rows =
+            [area, &mut *grains_in].map(|field| Rows { data: &mut field.data_mut()[interior.clone()], width: plane });
+        for_each_chunk(rows, 1, |k, rows| {
+            let ([area, count], origin) = (rows.map(|rows| rows.data), (GHOSTS + k) * plane);
+            area.fill(0.0);
+            count.fill(0.0);
             lists.for_each_share(k, |_, _, shares| {
-                shares.iter().for_each(|share| count.data[share.at as usize - origin] += 1.0);
+                for share in shares {
+                    let at = share.at as usize - origin;
+                    area[at] += Real::from(share.wetted);
+                    count[at] += 1.0;
+                }
             });
         });
         let count = grains_in.data();
@@ -35,37 +41,34 @@ impl Imprint {
         self.is_shared.then(|| self.grains_in.data())
     }
 
-    /// Sums over the grains, on the lower faces in direction `d`, the part of the face that each covers, the volume that it carries through
-    /// over the area of the face [m/s], and the part over its density [m^3/kg]: velocity and angular velocity of every grain and ghost are in
-    /// `motion`.
+    /// Sums over the grains, on the lower faces in each direction, the part of the face that each covers, the volume that it carries through
+    /// over the area of the face [m/s], and the part times its `lightness`, 1 over its density [m^3/kg]: velocity and angular velocity of
+    /// every grain and ghost are in `motion`.
     pub fn sum_sections(
         &self,
         domain: &Domain,
-        d: usize,
         motion: &[[Real; 6]],
-        density: impl Fn(usize) -> Real + Sync,
-        into: [&mut Field<Real>; 3],
+        lightness: impl Fn(usize) -> Real + Sync,
+        into: &mut [Field<Real>; 9],
     ) {
         let Self { groups, planes, .. } = self;
         let lists = Lists { groups, planes };
         let plane = domain.strides()[2] as usize;
         let interior = GHOSTS * plane..(GHOSTS + domain.cells()[2]) * plane;
-        let [closed, flux, light] = into;
-        let [a, b, c] = [&mut *closed, &mut *flux, &mut *light]
-            .map(|field| Rows { data: &mut field.data_mut()[interior.clone()], width: plane });
-        for_each_chunk((a, b, c), 1, |k, (closed, flux, light)| {
-            let origin = (GHOSTS + k) * plane;
-            let (closed, flux, light) = (closed.data, flux.data, light.data);
-            [&mut *closed, flux, light].into_iter().for_each(|sum| sum.fill(0.0));
+        let rows = into.each_mut().map(|field| Rows { data: &mut field.data_mut()[interior.clone()], width: plane });
+        for_each_chunk(rows, 1, |k, rows| {
+            let (mut sums, origin) = (rows.map(|rows| rows.data), (GHOSTS + k) * plane);
+            sums.iter_mut().for_each(|sum| sum.fill(0.0));
             lists.for_each_section(k, |n, share, sections| {
-                let [part, a, b] = sections[d].map(Real::from);
-                let (at, [s, t]) = (share.at as usize - origin, [1, 2].map(|t| motion[n][3 + (d + t) % 3]));
-                closed[at] += part;
-                flux[at] += part * motion[n][d] + s * b - t * a;
-                light[at] += part / density(n);
+                let (at, motion, lightness) = (share.at as usize - origin, &motion[n], lightness(n));
+                for (d, section) in sections.iter().enumerate() {
+                    let ([part, a, b], [s, t]) = (section.map(Real::from), [1, 2].map(|t| motion[3 + (d + t) % 3]));
+                    sums[3 * d][at] += part;
+                    sums[3 * d + 1][at] += part * motion[d] + s * b - t * a;
+                    sums[3 * d + 2][at] += part * lightness;
+                }
             });
         });
-        let even = &GhostRules::EVEN;
-        domain.fill_halos_to(1, &mut [(closed, even), (flux, even), (light, even)]);
+        domain.fill_halos_to(1, &mut into.each_mut().map(|field| (field, &GhostRules::EVEN)));
     }
 }
