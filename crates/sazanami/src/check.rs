@@ -93,7 +93,7 @@ pub fn check(case: &Case, known: Known, machine: &Machine, threads: usize, model
         .grains
         .iter()
         .zip(&populations)
-        .filter(|(population, _)| population.count.is_none())
+        .filter(|(population, _)| population.grains().is_none())
         .map(|(population, known)| {
             known.grains.unwrap_or(0) as Real * memory::memory_per_grain(case, population, model)
         })

@@ -225,6 +225,7 @@ fn longer(
     let key = if length.end == RunEnd::Rest { "latest" } else { "until" };
     let mut longer = case::load(case_file, &[format!("run.{key}=\"{until} s\"")])?;
     longer.case.output.move_end(length.until, until);
+    longer.case.grains.iter_mut().for_each(|population| population.move_end(length.until, until));
     Ok(Some(longer))
 }
 

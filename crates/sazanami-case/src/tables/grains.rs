@@ -69,7 +69,7 @@ struct PopulationKeys {
 pub struct Population {
     /// Name, unlike that of any other population.
     pub name: String,
-    /// Number; given by the file for beds read from one.
+    /// Number; given by the file for beds read from one, at most as many of grains that are fed in.
     pub count: Option<usize>,
     /// Shape of a grain of size factor 1.
     pub shape: GrainShape,
@@ -100,6 +100,23 @@ impl Population {
         match &self.placement {
             GrainPlacement::List(list) => list.iter().any(|grain| grain.motion == Motion::Free),
             _ => self.motion == Motion::Free,
+        }
+    }
+
+    /// Lets grains that are fed in up to the end of the run be fed in up to a later one \[s].
+    pub fn move_end(&mut self, from: Real, to: Real) {
+        let GrainPlacement::Fed(feed) = &mut self.placement else { return };
+        if feed.until == from {
+            feed.until = to;
+        }
+    }
+
+    /// Number of its grains, as far as the case tells: of those that are fed in the most.
+    #[must_use]
+    pub fn grains(&self) -> Option<usize> {
+        match &self.placement {
+            GrainPlacement::Fed(feed) => Some(feed.count().min(self.count.unwrap_or(usize::MAX))),
+            _ => self.count,
         }
     }
 
@@ -238,9 +255,7 @@ impl PopulationKeys {
             }
             GrainPlacement::Bed(_) => return self.count,
             GrainPlacement::Lattice(lattice) => lattice.counts.iter().fold(1, |all: usize, &n| all.saturating_mul(n)),
-            GrainPlacement::Fed(feed) => {
-                return Some(self.count.unwrap_or(usize::MAX).min(feed.count()));
-            }
+            GrainPlacement::Fed(_) => return self.count,
             GrainPlacement::List(list) => list.len(),
         };
         if let Some(count) = self.count.filter(|count| *count != implied) {

@@ -223,7 +223,7 @@ pub struct Outputs {
 
 /// The form in which a number of grains that is known, and small, is easiest to look at.
 fn suited_form(grains: &[Population]) -> GrainForm {
-    let count: Option<usize> = grains.iter().map(|population| population.count).sum();
+    let count: Option<usize> = grains.iter().map(Population::grains).sum();
     if count.is_some_and(|count| count <= MESHED) { GrainForm::Both } else { GrainForm::Points }
 }
 

@@ -259,7 +259,7 @@ impl BodyKeys {
                 .help(help);
             return None;
         };
-        if let Some(count) = found.count.filter(|count| self.index >= *count) {
+        if let Some(count) = found.grains().filter(|count| self.index >= *count) {
             cx.report
                 .error(place(&cx.places, "index"), format!("`{}` has no grain {}", found.name, self.index))
                 .label(format!("its grains are numbered from 0 to {}", count - 1))

@@ -9,7 +9,7 @@ use crate::grain::GrainRecord;
 
 /// Largest overlap of an impact over a contact sphere's radius.
 const IMPACT: Real = 0.15;
-/// The same of a contact under the weight of the bed.
+/// The same of a contact under the weight of the bed; twice as much among unlike sizes.
 const RESTING: Real = 0.05;
 /// The same of the finest grains under the weight of a coarse one.
 const CRUSHED: Real = 0.4;
@@ -47,7 +47,7 @@ impl Kind {
 pub struct Softness {
     /// Stiffness that impacts need, over the square of the speed [N s^2/m^3].
     by_impact: Real,
-    /// Stiffness that the weight of the bed needs under the gravity of the fall [N/m].
+    /// Stiffness that the weight of the bed needs under the gravity of the fall, or as it sinks [N/m].
     by_weight: Real,
     /// Largest bounding radius \[m].
     reach: Real,
@@ -68,9 +68,12 @@ impl Softness {
     pub fn of(settings: &PackingSettings, kinds: &[Kind]) -> Self {
         let size = settings.upper - settings.lower;
         let sum = |of: &dyn Fn(&Kind) -> Real| kinds.iter().map(|kind| kind.count * of(kind)).sum::<Real>();
-        let pressure = sum(&|kind| kind.mass) * settings.fall_factor * settings.gravity / (size.x * size.y);
         let most = |of: &dyn Fn(&Kind) -> Real| kinds.iter().map(of).fold(0.0, Real::max);
         let least = kinds.iter().map(|kind| kind.reach).fold(Real::INFINITY, Real::min);
+        let unlike = most(&|kind| kind.reach) > ALIKE * least;
+        // Unlike grains sink under their own weight, and are stiffened slowly.
+        let (factor, overlap) = if unlike { (1.0, 2.0 * RESTING) } else { (settings.fall_factor, RESTING) };
+        let pressure = sum(&|kind| kind.mass) * factor * settings.gravity / (size.x * size.y);
         let finest = kinds.iter().map(|kind| kind.sphere).fold(Real::INFINITY, Real::min);
         let lightest = kinds.iter().map(|kind| kind.mass).fold(Real::INFINITY, Real::min);
         let heaviest = most(&|kind| kind.mass);
@@ -78,9 +81,9 @@ impl Softness {
         Self {
             // The deepest overlap of a free impact of equal grains is v sqrt(m/(2 K)), at a wall v sqrt(m/K).
             by_impact: most(&|kind| kind.mass / (IMPACT * kind.sphere).powi(2)),
-            by_weight: most(&|kind| 4.0 * kind.reach * kind.reach * pressure / (RESTING * kind.sphere)),
+            by_weight: most(&|kind| 4.0 * kind.reach * kind.reach * pressure / (overlap * kind.sphere)),
             reach: most(&|kind| kind.reach),
-            unlike: most(&|kind| kind.reach) > ALIKE * least,
+            unlike,
             mean_mass: (sum(&|kind| kind.mass.cbrt()) / count).powi(3),
             lightest,
             by_crushing: heaviest * settings.gravity / (3.0 * CRUSHED * finest),

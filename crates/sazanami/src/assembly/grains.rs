@@ -258,7 +258,7 @@ pub(crate) struct Kind {
 /// The fall of grains that are packed.
 pub(crate) struct Fall<'c> {
     pub how: &'c Packing,
-    /// Time in which those of the uppermost layer fall onto the bed, or sink to it \[s].
+    /// Time in which those of the uppermost layer fall onto the bed, or sink to it and fine ones trickle through it \[s].
     pub time: Real,
     /// Largest speed meanwhile [m/s].
     pub speed: Real,
@@ -267,6 +267,9 @@ pub(crate) struct Fall<'c> {
     /// How soft springs may be.
     pub softness: Softness,
 }
+
+/// Speed at which fine grains trickle down between coarse ones over that of grains that sink, about.
+const TRICKLING: Real = 0.6;
 
 /// Grains of a population whose sizes are drawn to foresee its lattice.
 const DRAWN: usize = 100_000;
@@ -317,12 +320,14 @@ pub(crate) fn fall(case: &Case, kind: impl Fn(usize) -> Option<Kind>) -> Option<
         sizes.extend(factors.iter().map(|factor| [factor * long, factor * layer]));
     }
     let lattice = most.max(1.0) * settings.lattice_height(&sizes)?;
-    let drop = (lattice - solid / (PACKED * extent.x * extent.y)).max(0.0);
+    let bed = solid / (PACKED * extent.x * extent.y);
+    let drop = (lattice - bed).max(0.0);
     let softness = Softness::of(&settings, &kinds);
     let slowing = settings.slowing_time(thickness / number_of_all.max(1.0));
     let gravity = case.gravity.length();
     let (time, speed) = if softness.is_of_unlike() && how.stop == PackingStop::Settled {
-        (drop / (gravity * slowing), gravity * slowing)
+        let speed = gravity * slowing;
+        (drop / speed + bed / (TRICKLING * speed), speed)
     } else {
         let time = (2.0 * drop / (how.fall_gravity * gravity)).sqrt();
         (time, how.fall_gravity * gravity * time)

@@ -36,8 +36,8 @@ pub fn memory(case: &Case, model: &CostModel) -> Real {
         let each = case.grains.iter().map(|p| grain_memory(case, p, count(case, p).unwrap_or(0), model));
         each.sum::<Real>()
     };
-    let packing = of_grains(|_, population| population.count);
-    let flow = of_grains(|case, population| particles::levelled(case, population).or(population.count));
+    let packing = of_grains(|_, population| population.grains());
+    let flow = of_grains(|case, population| particles::levelled(case, population).or(population.grains()));
     packing.max(flow + fluid_memory(case, model)) + observer_memory(case, model)
 }
 
@@ -120,7 +120,7 @@ pub fn check_memory(loaded: &LoadedCase, machine: &Machine, model: &CostModel, r
         return;
     }
     let cells = fluid_memory(case, model);
-    let grains = |n: usize| grain_memory(case, &case.grains[n], case.grains[n].count.unwrap_or(0), model);
+    let grains = |n: usize| grain_memory(case, &case.grains[n], case.grains[n].grains().unwrap_or(0), model);
     let observers = observer_memory(case, model);
     if observers > cells.max((0..case.grains.len()).map(grains).fold(0.0, Real::max)) {
         let written = loaded.places.of("erosion");

@@ -52,7 +52,7 @@ fn population_report(case: &Case, population: &Population, facts: &ShapeFacts) -
     let body = facts.body.clone().or_else(|| shape_of(population).ok().map(|shape| Body::from(&shape)));
     PopulationReport {
         name: population.name.clone(),
-        grains: population.count.or(facts.grains),
+        grains: population.grains().or(facts.grains),
         levelled: particles::levelled(case, population),
         contact_spheres: facts.contact_spheres.or_else(|| spheres_of(population)),
         size_m: size,

@@ -41,7 +41,7 @@ impl Feeding {
         let arrivals = water.engine().arrivals();
         let stream = |(population, kind): (usize, &crate::case::meaning::Population)| {
             let GrainPlacement::Fed(feed) = &kind.placement else { return None };
-            let scales = factors(kind, kind.count.unwrap_or_default());
+            let scales = factors(kind, kind.grains().unwrap_or_default());
             let next = arrivals.by_shape[population] as usize;
             Some(Stream { population, feed: feed.clone(), seed: kind.seed, scales, next, carries: true })
         };
