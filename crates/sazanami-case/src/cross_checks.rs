@@ -5,6 +5,7 @@ use sazanami_mics::advection::Convection;
 use sazanami_mics::grains::Exchange;
 use sazanami_numerics::{Real, Vector};
 
+use crate::bridges;
 use crate::case::Case;
 use crate::driven;
 use crate::liquids_at_walls;
@@ -39,6 +40,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     check_floor(case, cx);
     check_feeds(case, cx);
     surface_tension::check(case, cx);
+    bridges::check(case, cx);
     driven::check(case, cx);
     driven::check_fall(case, cx);
     liquids_at_walls::check(case, cx);

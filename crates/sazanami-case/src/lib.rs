@@ -14,6 +14,7 @@
 //! assert!(error.to_string().contains("did you mean `until`?"));
 //! ```
 
+mod bridges;
 mod case;
 mod changed;
 mod cross_checks;

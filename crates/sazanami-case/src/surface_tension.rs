@@ -9,7 +9,7 @@ use crate::tables::{BoundarySide, PressureForm, SIDE_NAMES};
 use crate::units::rounded;
 
 /// Largest surface tension that is believed: molten tungsten has 2.5 N/m, mercury 0.49 N/m [N/m].
-const LARGEST: Real = 5.0;
+pub(crate) const LARGEST: Real = 5.0;
 /// Smallest that is not doubted: liquids near their critical point have less, and liquid helium [N/m].
 const SMALLEST: Real = 1e-3;
 

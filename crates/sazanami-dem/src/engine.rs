@@ -362,7 +362,7 @@ impl Engine {
         self.refresh_poses(domain, false);
         let mut state = Self::worst(domain, state);
         let mut counters = Counters::default();
-        let mut deep = 0;
+        let (mut deep, mut ruptures) = (0, 0);
         let mut deepest = Counters::default();
         for step in 0..count {
             if state >= EXPIRED || !self.listed {
@@ -372,6 +372,7 @@ impl Engine {
             }
             counters = self.contacts(h);
             deep += counters.deepened;
+            ruptures += counters.ruptures;
             deepest = deepest.merged(counters);
             report.impulse_on_walls += h * counters.on_walls;
             by_walls += h * counters.by_walls;
@@ -399,7 +400,7 @@ impl Engine {
         self.check_finite(domain, count)?;
         self.close_book(domain, (loads, gravity, dt), by_walls, &mut report)?;
         self.finish(domain)?;
-        self.report(domain, &mut report, [counters, deepest], deep);
+        self.report(domain, &mut report, [counters, deepest], [deep, ruptures]);
         Ok(report)
     }
 

@@ -16,6 +16,7 @@
 //! ```
 
 mod body;
+mod bridge;
 mod contact;
 mod engine;
 mod error;
@@ -37,6 +38,7 @@ mod wall;
 mod wrench;
 
 pub use body::Body;
+pub use bridge::Bridge;
 pub use contact::public::*;
 pub use engine::{
     Arrivals, ContactReport, Departures, Drag, Engine, LARGEST_OVERLAP, Loads, Setup, Substeps, Vicinity,

@@ -39,7 +39,7 @@ pub(crate) type Cell<S> = Quantity<fn(&S) -> Value>;
 pub(crate) type Field<S> = Quantity<fn(&S) -> serde_json::Value>;
 
 /// Parts of the series that not every run has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct SeriesParts {
     /// The crater.
     pub crater: bool,
@@ -47,6 +47,8 @@ pub(crate) struct SeriesParts {
     pub surface_tension: bool,
     /// The mean velocity that is held.
     pub mean_flow: bool,
+    /// Liquid bridges between grains.
+    pub bridges: bool,
 }
 
 /// Headings of a list of columns.

@@ -69,6 +69,7 @@ pub(crate) fn grain_kind(error: &DemError) -> &'static str {
         | DemError::BadFilm { .. }
         | DemError::NoPlate { .. }
         | DemError::FilmDoesNotFit { .. }
+        | DemError::BridgeOfNoBall { .. }
         | DemError::Snapshot(_) => "input",
         DemError::Elsewhere(_) => "elsewhere",
     }

@@ -37,6 +37,21 @@ choices! {
     }
 }
 
+/// Liquid bridges: each forms where two grains touch, pulls them together, and breaks at a gap of (1 + contact_angle/2) times the cube
+/// root of its volume. Walls are dry.
+#[derive(Clone, Copy, Debug, PartialEq, Keys)]
+pub struct Bridges {
+    /// Surface tension of the liquid: `"72.8 mN/m"` for water.
+    #[key(unit = "N/m", range = Positive)]
+    pub surface_tension: Real,
+    /// Volume of liquid over that of the grains, with six bridges a grain.
+    #[key(range = Between(1e-4, 0.07), default = 0.01)]
+    pub liquid_content: Real,
+    /// Contact angle of the liquid on the grains, up to 50 degrees.
+    #[key(unit = "rad", range = NonNegative, default = 0.0)]
+    pub contact_angle: Real,
+}
+
 /// Motion and contact of the grains.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Keys)]
 pub struct DemOptions {
@@ -82,6 +97,9 @@ pub struct DemOptions {
     /// Largest gap of the film over the radius of the smaller sphere.
     #[key(range = Between(1e-3, 1.0), default = FILM_REACH, omit_if = self.film_roughness.is_none())]
     pub film_reach: Real,
+    /// Liquid bridges between wet grains, for spheres in a case without a body of liquid. Packed beds get them when the run begins.
+    #[key(table)]
+    pub bridges: Option<Bridges>,
     /// Contact with the vertical sides of the box where no `"a/wall"` says otherwise.
     #[key(word, default)]
     pub wall: WallContact,

@@ -205,17 +205,32 @@ impl Block {
                     pair.apart = apart;
                 }
                 if parted {
+                    let broken = self.contacts[from].bridged && (self.pairs[p as usize].low as usize) < context.owned;
+                    counters.ruptures += usize::from(broken);
                     self.part(context, from, -forces.overlap.0[l]);
                     continue;
                 }
+                let ends = [pair.low, pair.high];
                 let row = pair.low as usize - self.first;
-                let counted = usize::from(!apart && (pair.low as usize) < context.owned);
+                let counted_here = (pair.low as usize) < context.owned;
+                let counted = usize::from(!apart && counted_here);
                 if kept != from {
                     self.contacts[kept] = self.contacts[from];
                 }
                 self.contacts[kept].d_t = forces.d_t.lane(l);
                 if !PLAIN && apart {
                     self.contacts[kept].deep = false;
+                }
+                if !PLAIN && let Some(bridge) = context.bridge {
+                    let radii = ends.map(|g| context.poses[g as usize].radius);
+                    let before = self.contacts[kept].bridged;
+                    let holds = bridge.holds(-forces.overlap.0[l], radii, before);
+                    self.contacts[kept].bridged = holds;
+                    if counted_here {
+                        counters.bridges += usize::from(holds);
+                        counters.ruptures += usize::from(before && !holds);
+                        counters.bridge_volume += if holds { bridge.volume(radii) } else { 0.0 };
+                    }
                 }
                 let fraction = forces.fraction.0[l];
                 if fraction > deepest.0 {
@@ -269,7 +284,7 @@ impl Block {
         let p = contact.pair as usize;
         let pair = &self.pairs[p];
         let pose = &context.poses[pair.low as usize];
-        // Balls alone have films; the radius of others is 0.
+        // Balls alone have films and bridges; the radius of others is 0.
         let reach = context.reach * pose.radius.min(context.poses[pair.high as usize].radius);
         let slack = TOUCH * context.bodies[pose.body as usize].bounding_radius * pose.scale + reach;
         let sum = context.travel[pair.low as usize] + context.travel[pair.high as usize];

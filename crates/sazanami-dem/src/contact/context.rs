@@ -7,6 +7,7 @@ use super::model::ContactModel;
 use super::pace::PACES;
 use super::search::SphereArrays;
 use crate::body::Body;
+use crate::bridge::Bridge;
 use crate::motion::Pose;
 use crate::wall::Wall;
 
@@ -17,8 +18,9 @@ pub(crate) struct ContactContext<'a> {
     pub arrays: &'a [SphereArrays],
     /// Centres and radii of the contact spheres of all bodies.
     pub spheres: &'a [[Real; 4]],
-    /// Gap over the smaller radius up to which spheres act on each other; 0 without a film.
+    /// Gap over the smaller radius up to which spheres may act on each other; 0 without a film and bridges.
     pub reach: Real,
+    pub bridge: Option<&'a Bridge>,
     /// Whether all bodies are balls.
     pub balls: bool,
     /// Those of images on this rank are as old as the lists: contacts read the grain itself.

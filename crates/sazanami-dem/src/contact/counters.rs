@@ -17,6 +17,11 @@ pub(crate) struct Counters {
     pub deepest: Real,
     pub deepest_ids: [u64; 2],
     pub deepest_at: Vector,
+    /// Liquid bridges, and those that broke in this sub-step.
+    pub bridges: usize,
+    pub ruptures: usize,
+    /// Volume of the bridges [m^3].
+    pub bridge_volume: Real,
     /// Force on the walls \[N].
     pub on_walls: Vector,
     /// Power of moving walls \[W].
@@ -34,6 +39,9 @@ impl Default for Counters {
             deepest: 0.0,
             deepest_ids: [u64::MAX; 2],
             deepest_at: Vector::ZERO,
+            bridges: 0,
+            ruptures: 0,
+            bridge_volume: 0.0,
             on_walls: Vector::ZERO,
             by_walls: 0.0,
         }
@@ -52,6 +60,9 @@ impl Counters {
             deepest: deeper.deepest,
             deepest_ids: deeper.deepest_ids,
             deepest_at: deeper.deepest_at,
+            bridges: self.bridges + other.bridges,
+            ruptures: self.ruptures + other.ruptures,
+            bridge_volume: self.bridge_volume + other.bridge_volume,
             on_walls: self.on_walls + other.on_walls,
             by_walls: self.by_walls + other.by_walls,
         }

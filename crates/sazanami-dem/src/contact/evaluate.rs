@@ -6,12 +6,12 @@ use super::context::ContactContext;
 use super::force::{ConstantLanes, PairConstants, force, rolling_torque};
 use super::model::ContactModel;
 use super::pair::{Contact, Pair};
-use crate::lanes::{Lanes, Lanes3};
+use crate::lanes::{Lanes, Lanes3, Mask};
 use crate::motion::Pose;
 
 /// Overlaps, forces, torques and tangential displacements of `W` contacts in a sub-step.
 pub(crate) struct ContactForces<const W: usize> {
-    /// Overlap; not positive: the spheres are apart, with a film between them at most \[m].
+    /// Overlap; not positive: the spheres are apart, with a film or a bridge between them at most \[m].
     pub overlap: Lanes<W>,
     /// Overlap over the smaller radius.
     pub fraction: Lanes<W>,
@@ -98,7 +98,9 @@ pub(crate) fn evaluate<M: ContactModel, const W: usize, const PLAIN: bool, const
         - spin_i.cross(arm_i);
 
     let d_t = Lanes3::from_fn(|l| contact[l].d_t);
-    let (h, d_t, h_n) = force::<M, W, PLAIN>(&constants, n, (overlap, [a.radius, b.radius]), v_r, d_t, dt);
+    let bridged = Some(Mask(std::array::from_fn(|l| contact[l].bridged)));
+    let radii = [a.radius, b.radius];
+    let (h, d_t, h_n) = force::<M, W, PLAIN>(&constants, n, (overlap, radii), v_r, (d_t, bridged), dt);
     let (mut torque_low, mut torque_high) = (arm_i.cross(h), -arm_j.cross(h));
     if !PLAIN {
         let rolling = rolling_torque(&constants, a.radius, b.radius, h_n, spin_j - spin_i);

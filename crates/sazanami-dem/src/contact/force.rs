@@ -16,6 +16,7 @@ use sazanami_numerics::{Real, Vector};
 
 use super::model::ContactModel;
 use super::pair::ACROSS;
+use crate::bridge::Bridge;
 use crate::film::Film;
 use crate::lanes::{Lanes, Lanes3, Mask};
 use crate::material::{ContactStart, HistoryRotation, SlipDirection};
@@ -31,10 +32,11 @@ pub(crate) struct PairConstants<M: ContactModel> {
     projected_only: bool,
     from_touch: bool,
     film: Option<Film>,
+    bridge: Option<Bridge>,
 }
 
 impl<M: ContactModel> PairConstants<M> {
-    pub fn new(law: &M, film: Option<Film>) -> Self {
+    pub fn new(law: &M, film: Option<Film>, bridge: Option<Bridge>) -> Self {
         let options = law.options();
         Self {
             model: law.constants(),
@@ -45,6 +47,7 @@ impl<M: ContactModel> PairConstants<M> {
             projected_only: options.history == HistoryRotation::Projected,
             from_touch: options.contact_start == ContactStart::Touch,
             film,
+            bridge,
         }
     }
 }
@@ -60,6 +63,7 @@ pub(crate) struct ConstantLanes<M: ContactModel, const W: usize> {
     from_touch: Mask<W>,
     give: Lanes<W>,
     film: Option<Film>,
+    bridge: Option<Bridge>,
 }
 
 impl<M: ContactModel, const W: usize> ConstantLanes<M, W> {
@@ -79,33 +83,60 @@ impl<M: ContactModel, const W: usize> ConstantLanes<M, W> {
             from_touch: Mask(std::array::from_fn(|l| of(l).0.from_touch)),
             give: Lanes::from_fn(|l| Real::from(of(l).2)),
             film: of(0).0.film,
+            bridge: of(0).0.bridge,
         }
     }
 }
 
 /// Force on body i, the new tangential displacement and the size of the normal force, at overlap `d_n` of spheres of
-/// these `radii`: of the contact, or of the film where `d_n` is negative. `PLAIN` leaves out the film and the rarer options.
+/// these `radii`: of the contact, or of the film where `d_n` is negative, and of the bridge where they touch or one stood `before`;
+/// there is none where that is `None`. `PLAIN` leaves out films, bridges and the rarer options.
 #[inline(always)]
 pub(crate) fn force<M: ContactModel, const W: usize, const PLAIN: bool>(
     c: &ConstantLanes<M, W>,
     n: Lanes3<W>,
     (d_n, radii): (Lanes<W>, [Lanes<W>; 2]),
     v_r: Lanes3<W>,
-    d_t: Lanes3<W>,
+    (d_t, before): (Lanes3<W>, Option<Mask<W>>),
     dt: Real,
 ) -> (Lanes3<W>, Lanes3<W>, Lanes<W>) {
     let contact = contact_force::<M, W, PLAIN>(c, n, (d_n, radii), v_r, d_t, dt);
-    let (false, Some(film)) = (PLAIN, &c.film) else { return contact };
+    if PLAIN || (c.film.is_none() && c.bridge.is_none()) {
+        return contact;
+    }
     let zero = Lanes::splat(0.0);
+    let touches = d_n.above(zero);
+    let none = Lanes3::splat(Vector::ZERO);
+    let mut apart = none;
+    if let Some(film) = &c.film {
+        apart = film_force(c, film, n, (d_n, radii), v_r, dt);
+    }
+    if let (Some(bridge), Some(before)) = (&c.bridge, before) {
+        let pull = |l: usize| {
+            let radii = radii.map(|r| r.0[l]);
+            if bridge.holds(-d_n.0[l], radii, before.0[l]) { bridge.force(-d_n.0[l], radii) } else { 0.0 }
+        };
+        apart += n * Lanes::from_fn(pull);
+    }
+    let (h, d_t, h_n) = contact;
+    (touches.select3(h, none) + apart, touches.select3(d_t, none), touches.select(h_n, zero))
+}
+
+/// Force of the film alone on body i; none where the spheres overlap.
+#[inline(always)]
+fn film_force<M: ContactModel, const W: usize>(
+    c: &ConstantLanes<M, W>,
+    film: &Film,
+    n: Lanes3<W>,
+    (d_n, radii): (Lanes<W>, [Lanes<W>; 2]),
+    v_r: Lanes3<W>,
+    dt: Real,
+) -> Lanes3<W> {
     let speed_n = v_r.dot(n);
     let damping = Lanes::from_fn(|l| film.damping(-d_n.0[l], speed_n.0[l] * dt, radii.map(|r| r.0[l])));
     // At the time of the places, half a sub-step after that of the velocities.
     let later = Lanes::splat(1.0) + damping * c.give * Lanes::splat(dt / ACROSS);
-    let of_film = n * (speed_n * damping.divided_by(later));
-    let touches = d_n.above(zero);
-    let none = Lanes3::splat(Vector::ZERO);
-    let (h, d_t, h_n) = contact;
-    (touches.select3(h, none) + of_film, touches.select3(d_t, none), touches.select(h_n, zero))
+    n * (speed_n * damping.divided_by(later))
 }
 
 /// The same of a contact alone.

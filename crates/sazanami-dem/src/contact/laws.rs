@@ -5,6 +5,7 @@ use sazanami_numerics::Real;
 use super::force::PairConstants;
 use super::linear_spring_dashpot::LinearSpringDashpot;
 use super::model::ContactModel;
+use crate::bridge::Bridge;
 use crate::film::Film;
 use crate::material::ContactOptions;
 
@@ -113,7 +114,7 @@ macro_rules! contact_models {
                     $(Some(ContactLaw::$Model(_)) => Self::$Model(
                         laws.iter()
                             .filter_map(|law| match law {
-                                ContactLaw::$Model(law) => Some(PairConstants::new(law, interactions.film)),
+                                ContactLaw::$Model(law) => Some(PairConstants::new(law, interactions.film, interactions.bridge)),
                                 #[allow(unreachable_patterns, reason = "there may be one model only")]
                                 _ => None,
                             })
@@ -159,6 +160,7 @@ pub struct Interactions {
     /// Dashpots of each law at a unit of reduced mass: with a coefficient of restitution they take an iteration to find.
     dashpots: Vec<[Real; 2]>,
     film: Option<Film>,
+    bridge: Option<Bridge>,
     allowed_error: Option<Real>,
 }
 
@@ -172,6 +174,7 @@ impl Interactions {
             laws: vec![law; count],
             dashpots: vec![law.damping(1.0); count],
             film: None,
+            bridge: None,
             allowed_error: None,
         }
     }
@@ -180,6 +183,12 @@ impl Interactions {
     #[must_use]
     pub fn with_film(self, film: Option<Film>) -> Self {
         Self { film, ..self }
+    }
+
+    /// The same laws with liquid bridges between balls, or without.
+    #[must_use]
+    pub fn with_bridge(self, bridge: Option<Bridge>) -> Self {
+        Self { bridge, ..self }
     }
 
     /// The same laws with sub-steps as long as this mean error of restitution and spin lets them be, or as usual
@@ -201,14 +210,20 @@ impl Interactions {
         self.film.as_ref()
     }
 
-    /// Gap over the smaller radius up to which spheres act on each other; 0 without a film.
+    /// The liquid bridges between balls.
+    #[must_use]
+    pub fn bridge(&self) -> Option<&Bridge> {
+        self.bridge.as_ref()
+    }
+
+    /// Gap over the smaller radius up to which spheres may act on each other; 0 without a film and bridges.
     pub(crate) fn reach(&self) -> Real {
-        self.film.map_or(0.0, |film| film.reach)
+        self.film.map_or(0.0, |film| film.reach).max(self.bridge.map_or(0.0, |bridge| bridge.reach()))
     }
 
     /// Whether every choice is the usual one, for which shorter formulas suffice.
     pub(crate) fn plain(&self) -> bool {
-        self.film.is_none() && self.laws.iter().all(|law| law.options().plain())
+        self.film.is_none() && self.bridge.is_none() && self.laws.iter().all(|law| law.options().plain())
     }
 
     /// Sets the law between two materials.

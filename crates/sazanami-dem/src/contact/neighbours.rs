@@ -185,6 +185,7 @@ fn fill(
                 a: r.a,
                 b: r.b,
                 deep: r.is(ContactRecord::DEEP),
+                bridged: r.is(ContactRecord::BRIDGED),
                 d_t: Vector::from_array(r.d_t),
             }));
             let touching = block.contacts.last().is_some_and(|c| c.pair == p);
@@ -196,7 +197,7 @@ fn fill(
                 .and_then(|old| remaining(old, low, high as usize, image))
                 .unwrap_or((Real::NEG_INFINITY, NearestSpheres::default()));
             nearest.rest += sum;
-            // Balls alone have films; the radius of others is 0.
+            // Balls alone have films and bridges; the radius of others is 0.
             let [a, b] = [low, high as usize].map(|g| context.poses[g].radius);
             let free = gap * (1.0 - 1e-9) - context.reach * a.min(b);
             block.push(pair, sum + left.max(free), nearest);

@@ -17,9 +17,9 @@ pub(crate) struct Pair {
     pub image: [i16; 3],
     /// Number of the contact law.
     pub law: u16,
-    /// Whether it has contacts, those of a film among them.
+    /// Whether it has contacts, those of a film or bridge among them.
     pub touching: bool,
-    /// Whether the film alone acts between its spheres, which do not touch.
+    /// Whether film and bridge alone act between its spheres, which do not touch.
     pub apart: bool,
     /// First of its contacts, if it touches.
     pub contacts: u32,
@@ -55,6 +55,8 @@ pub(crate) struct Contact {
     pub a: u16,
     pub b: u16,
     pub deep: bool,
+    /// Whether a liquid bridge holds them.
+    pub bridged: bool,
     /// Tangential displacement \[m].
     pub d_t: Vector,
 }

@@ -14,7 +14,7 @@ pub(crate) struct ContactRecord {
     pub image: [i32; 3],
     pub a: u16,
     pub b: u16,
-    /// [`Self::DEEP`] and [`Self::APART`], or neither.
+    /// Some of [`Self::DEEP`], [`Self::APART`] and [`Self::BRIDGED`].
     pub marks: u64,
     pub d_t: [Real; 3],
 }
@@ -22,11 +22,13 @@ pub(crate) struct ContactRecord {
 impl ContactRecord {
     /// It has been counted as deeper than the warning limit.
     pub const DEEP: u64 = 1;
-    /// The film alone acts.
+    /// Film and bridge alone act.
     pub const APART: u64 = 2;
+    /// A liquid bridge holds the spheres.
+    pub const BRIDGED: u64 = 4;
 
-    pub fn marks(deep: bool, apart: bool) -> u64 {
-        u64::from(deep) * Self::DEEP + u64::from(apart) * Self::APART
+    pub fn marks(deep: bool, apart: bool, bridged: bool) -> u64 {
+        u64::from(deep) * Self::DEEP + u64::from(apart) * Self::APART + u64::from(bridged) * Self::BRIDGED
     }
 
     pub fn is(&self, mark: u64) -> bool {

@@ -219,7 +219,7 @@ fn touch<M: ContactModel>(
         Lanes3::splat(n),
         (Lanes::splat(overlap), [own, far]),
         Lanes3::splat(v_r),
-        Lanes3::splat(contact.d_t),
+        (Lanes3::splat(contact.d_t), None),
         dt,
     );
     let rolling = rolling_torque(&constants, own, far, h_n, Lanes3::splat(-pose.spin));

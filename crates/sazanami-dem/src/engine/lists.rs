@@ -51,7 +51,7 @@ impl Engine {
                     image: [0; 3],
                     a: c.a,
                     b: 0,
-                    marks: ContactRecord::marks(c.deep, false),
+                    marks: ContactRecord::marks(c.deep, false, false),
                     d_t: c.d_t.to_array(),
                 }
             };
@@ -68,7 +68,7 @@ impl Engine {
                     image: pair.image.map(i32::from),
                     a: c.a,
                     b: c.b,
-                    marks: ContactRecord::marks(c.deep, pair.apart),
+                    marks: ContactRecord::marks(c.deep, pair.apart, c.bridged),
                     d_t: c.d_t.to_array(),
                 });
             }

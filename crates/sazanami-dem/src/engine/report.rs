@@ -34,6 +34,12 @@ pub struct ContactReport {
     pub contact_work: Option<Real>,
     /// Momentum given to the walls during the call [N s].
     pub impulse_on_walls: Vector,
+    /// Liquid bridges in the last sub-step.
+    pub bridges: usize,
+    /// Liquid bridges that broke during the call.
+    pub ruptures: usize,
+    /// Liquid in the bridges in the last sub-step [m^3].
+    pub bridge_volume: Real,
     /// Times the neighbour lists were renewed.
     pub list_renewals: usize,
 }
@@ -44,7 +50,7 @@ impl Engine {
         domain: &Domain,
         report: &mut ContactReport,
         [last, deepest]: [Counters; 2],
-        deep: usize,
+        [deep, ruptures]: [usize; 2],
     ) {
         let grains = &self.grains;
         let chunks = grains.owned.div_ceil(ROWS);
@@ -61,12 +67,18 @@ impl Engine {
             impulse.x,
             impulse.y,
             impulse.z,
+            last.bridges as Real,
+            ruptures as Real,
+            last.bridge_volume,
         ]);
         report.pairs = sums[0] as usize;
         report.contacts = sums[1] as usize;
         report.deep_contacts = sums[2] as usize;
         report.kinetic_energy = sums[3];
         report.impulse_on_walls = Vector::new(sums[4], sums[5], sums[6]);
+        report.bridges = sums[7] as usize;
+        report.ruptures = sums[8] as usize;
+        report.bridge_volume = sums[9];
         report.largest_speed = domain.max(speed);
         report.largest_overlap = domain.max(deepest.deepest);
         // The lowest rank that saw the largest overlap names the grains, in halves that are exact in a real.
@@ -81,7 +93,7 @@ impl Engine {
     }
 
     /// Elastic energy of all contacts of grains of this rank with walls and with grains of higher identifiers, as they stood in
-    /// the last sub-step, at the present poses \[J]: over all ranks, each once.
+    /// the last sub-step, at the present poses \[J]: over all ranks, each once. That of liquid bridges, from no gap on, is in it.
     #[must_use]
     pub fn elastic_energy(&self) -> Real {
         self.elastic_energies()[0]
@@ -99,6 +111,7 @@ impl Engine {
             let of = |stretch: Real| self.laws.energy(law as usize, overlap, stretch, radii).into_iter().sum::<Real>();
             energies.iter_mut().zip(stretches).for_each(|(energy, stretch)| *energy += of(stretch));
         };
+        let mut bridges = 0.0;
         let own = |p: &usize| block.pairs[*p].touching && (block.pairs[*p].low as usize) < self.grains.owned;
         for p in (0..block.pairs.len()).filter(own) {
             let pair = &block.pairs[p];
@@ -107,7 +120,11 @@ impl Engine {
             for contact in block.contacts_of(p) {
                 let ((a, ra), (b, rb)) = (self.sphere(low, contact.a), self.sphere(high, contact.b));
                 let line = between + b - a;
-                let overlap = (ra + rb - line.length()).max(0.0);
+                let gap = line.length() - (ra + rb);
+                if let Some(bridge) = self.interactions.bridge().filter(|_| contact.bridged) {
+                    bridges += bridge.energy(gap, [ra, rb]);
+                }
+                let overlap = (-gap).max(0.0);
                 let n = line.normalize();
                 let arm = a + n * (ra - 0.5 * overlap);
                 let v_r = self.velocity_at(high, arm - between) - self.velocity_at(low, arm);
@@ -126,7 +143,7 @@ impl Engine {
             let stretch = self.stretch(pair.law, contact.d_t, [n, v_r], overlap, radius);
             add(pair.law, overlap, stretch, [radius, Real::INFINITY]);
         }
-        energies
+        energies.map(|energy| energy + bridges)
     }
 
     /// Centre of contact sphere `a` relative to its grain's centre of mass, in the laboratory frame, and its radius \[m].

@@ -58,7 +58,7 @@ pub(super) struct Kick<'a> {
 struct Contacts<'a> {
     blocks: &'a [Block],
     incoming: &'a Incoming,
-    /// Whether films act between grains that do not touch.
+    /// Whether films or bridges act between grains that do not touch.
     film: bool,
     /// Present time on the grains' clock \[s].
     time: Real,
@@ -179,6 +179,7 @@ impl Engine {
             arrays: &self.arrays,
             spheres: &self.spheres,
             reach: self.interactions.reach(),
+            bridge: self.interactions.bridge(),
             balls: self.bodies.iter().all(Body::is_ball),
             poses: &self.poses,
             rotations: &self.rotations,
@@ -225,7 +226,7 @@ impl Engine {
         let Self { grains, poses, rotations, turned, travel, paces, mass_properties, blocks, incoming, book, .. } =
             self;
         let (skin, paces) = (&grains.skin[..owned], &paces[..owned]);
-        let film = self.interactions.film().is_some();
+        let film = self.interactions.reach() > 0.0;
         let contacts = Contacts { blocks, incoming, film, time: self.time };
         let gravity = kick.map_or(Vector::ZERO, |kick| kick.h * kick.gravity);
         let motion = (

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use sazanami_dem::{
-    Body, Film, Grain, Interactions, Lattice, LinearSpringDashpot, Motion, PackingSettings, Random, Setup, Softness,
-    Substeps, TILT, Wall,
+    Body, Bridge, Film, Grain, Interactions, Lattice, LinearSpringDashpot, Motion, PackingSettings, Random, Setup,
+    Softness, Substeps, TILT, Wall,
 };
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::{Quaternion, Real, Vector};
@@ -28,7 +28,7 @@ pub(crate) fn material_number(case: &Case, name: &str) -> u32 {
     case.materials.iter().position(|material| material.name == name).unwrap_or(case.materials.len()) as u32
 }
 
-/// Contact laws of all pairs of materials, walls included, in a liquid: with the film that the case asks for.
+/// Contact laws of all pairs of materials, walls included, in a liquid: with the film and the bridges that the case asks for.
 ///
 /// Beds are packed without it.
 pub(crate) fn wet_interactions(case: &Case) -> Interactions {
@@ -37,7 +37,13 @@ pub(crate) fn wet_interactions(case: &Case) -> Interactions {
         roughness,
         reach: case.dem.film_reach,
     });
-    interactions(case).with_film(film)
+    interactions(case).with_film(film).with_bridge(bridge(case))
+}
+
+/// Liquid bridges between the grains, if the case has any; beds are packed without.
+fn bridge(case: &Case) -> Option<Bridge> {
+    let bridges = case.dem.bridges?;
+    Bridge::new(bridges.surface_tension, bridges.contact_angle, bridges.liquid_content)
 }
 
 /// Contact laws of all pairs of materials, walls included.
@@ -88,7 +94,7 @@ pub fn setup(case: &Case, shapes: &[Shape]) -> Setup {
     let upper = Vector::from_array(std::array::from_fn(|d| case.domain.upper[d] + room(d, 1)));
     Setup {
         bodies: shapes.iter().map(Body::from).collect(),
-        interactions: interactions(case),
+        interactions: interactions(case).with_bridge(bridge(case)),
         walls: walls(case),
         region: [lower, upper],
         ghost_margin: MARGIN_CELLS * case.domain.spacing().max_element(),

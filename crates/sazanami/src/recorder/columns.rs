@@ -71,6 +71,14 @@ impl<O: Observer> Further<O> {
             => |row| of_mean_flow(row, |flow| flow.stress.x);
         "driving_stress_2", "Pa", "the same along x2" => |row| of_mean_flow(row, |flow| flow.stress.y);
     };
+
+    /// Those of a run with liquid bridges.
+    const BRIDGES: &'static [SeriesCell<O>] = quantities! {
+        "liquid_bridges", "", "liquid bridges between grains" => |row| of_step(row, |report| O::Water::contacts(report).bridges);
+        "bridge_volume", "m^3", "liquid in them" => |row| of_step(row, |report| O::Water::contacts(report).bridge_volume);
+        "broken_bridges", "", "liquid bridges that broke in the last step"
+            => |row| of_step(row, |report| O::Water::contacts(report).ruptures);
+    };
 }
 
 /// All columns of the series of an observer, of these parts.
@@ -78,7 +86,9 @@ fn series<O: Observer>(parts: SeriesParts) -> impl Iterator<Item = SeriesCell<O>
     let crater = if parts.crater { O::SERIES_OF_CRATER } else { &[] };
     let interface = if parts.surface_tension { O::SERIES_OF_INTERFACE } else { &[] };
     let driven = if parts.mean_flow { Further::<O>::MEAN_FLOW } else { &[] };
-    first_columns::<O>().into_iter().chain(O::SERIES.iter().chain(crater).chain(interface).chain(driven).copied())
+    let bridges = if parts.bridges { Further::<O>::BRIDGES } else { &[] };
+    let further = crater.iter().chain(interface).chain(driven).chain(bridges);
+    first_columns::<O>().into_iter().chain(O::SERIES.iter().chain(further).copied())
 }
 
 /// Headings of the series of an observer.
@@ -128,16 +138,16 @@ impl<P, T, B> ProbeColumns<P, T, B> {
 
 /// The series of an observer as the reference page has it.
 pub(crate) fn series_page<O: Observer>() -> String {
-    let all: Vec<SeriesCell<O>> =
-        series(SeriesParts { crater: false, surface_tension: false, mean_flow: false }).collect();
+    let all: Vec<SeriesCell<O>> = series(SeriesParts::default()).collect();
     let main = page("A row per observation.", &all);
     let driven = page("With `drive.mean_velocity` also:", Further::<O>::MEAN_FLOW);
+    let bridges = page("With `dem.bridges` also:", Further::<O>::BRIDGES);
     match O::SERIES_OF_CRATER {
-        [] => format!("{main}\n{driven}"),
+        [] => format!("{main}\n{driven}\n{bridges}"),
         crater => {
             let crater = page("With `[erosion]` also:", crater);
             let interface = page("With `fluid.surface_tension` also:", O::SERIES_OF_INTERFACE);
-            format!("{main}\n{crater}\n{interface}\n{driven}")
+            format!("{main}\n{crater}\n{interface}\n{driven}\n{bridges}")
         }
     }
 }

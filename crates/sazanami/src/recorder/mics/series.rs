@@ -120,7 +120,7 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<GridObserver>] = quantities! 
 
 /// Columns of the series of a run with surface tension.
 pub(in crate::recorder) const INTERFACE: &[SeriesCell<GridObserver>] = quantities! {
-    "surface_energy", "J", "surface tension times the area of the interface"
+    "surface_energy", "J", "surface tension times the area of the interface, less what walls with a contact angle give where they are wet"
         => |row| of_interface(row, |interface| interface.energy);
     "largest_fluid_speed", "m/s", "largest speed of liquid and gas in a cell"
         => |row| of_interface(row, |interface| interface.speed);

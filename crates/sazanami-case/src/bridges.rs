@@ -1,0 +1,54 @@
+//! Checks of liquid bridges against the other tables of a case.
+
+use crate::case::Case;
+use crate::read::Context;
+use crate::surface_tension::LARGEST;
+use crate::tables::{BoundarySide, FluidName, GrainShape};
+use crate::units::rounded;
+
+/// Largest contact angle that the force is known for [degrees].
+const LARGEST_ANGLE: f64 = 50.0;
+
+/// Reports bridges that grains under water, or grains that are no spheres, cannot have.
+pub fn check(case: &Case, cx: &mut Context<'_>) {
+    let Some(bridges) = case.dem.bridges else { return };
+    let near = |key: &str| cx.places.near(&format!("dem.bridges{key}"));
+    let [whole, sigma, angle] = ["", ".surface_tension", ".contact_angle"].map(near);
+    if bridges.surface_tension > LARGEST {
+        cx.report
+            .error_at(sigma, format!("no liquid has a surface tension of {} N/m", rounded(bridges.surface_tension)))
+            .label("molten tungsten has 2.5 N/m")
+            .help("water has 72.8 mN/m, which is 0.0728 N/m");
+    }
+    let degrees = bridges.contact_angle.to_degrees();
+    if degrees > LARGEST_ANGLE * (1.0 + 1e-9) {
+        cx.report
+            .error_at(angle, format!("liquid bridges with a contact angle of {} degrees", rounded(degrees)))
+            .label("their force is known up to 50 degrees")
+            .help("grains of sand and glass have 0 to 30 degrees");
+    }
+    let of_liquid = |side: &BoundarySide| {
+        matches!(
+            side,
+            BoundarySide::Inflow { fluid: FluidName::Liquid, .. }
+                | BoundarySide::FixedPressure { fluid: FluidName::Liquid, .. }
+        )
+    };
+    if !case.liquids.is_empty() || case.boundary.iter().flatten().any(of_liquid) {
+        cx.report
+            .error_at(whole.clone(), "liquid bridges in a case with a body of liquid")
+            .label("grains under water have none, and where the water goes they do not follow it")
+            .help("leave out `dem.bridges`, or the liquid");
+    }
+    if case.grains.is_empty() {
+        cx.report
+            .error_at(whole, "liquid bridges without grains")
+            .label("they hold grains together")
+            .help("add `[[grains]]`, or leave out `dem.bridges`");
+    } else if let Some(kind) = case.grains.iter().find(|kind| !matches!(kind.shape, GrainShape::Sphere { .. })) {
+        cx.report
+            .error_at(whole, "liquid bridges between grains that are no spheres")
+            .label(format!("`{}` are none", kind.name))
+            .help("take `shape.sphere`, or leave out `dem.bridges`");
+    }
+}

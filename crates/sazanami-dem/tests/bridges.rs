@@ -1,0 +1,247 @@
+//! Liquid bridges between balls: the pull over the gap, momentum and energy, what a bridge carries, cohesion of a heap, and the same bits.
+
+use std::f64::consts::PI;
+
+use sazanami_dem::*;
+use sazanami_numerics::domain::Domain;
+use sazanami_numerics::grid::Grid;
+use sazanami_numerics::snapshot::Snapshot;
+use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::{Communicator, Solo, run_ranks};
+
+const RADIUS: Real = 1e-3;
+const PAIR: [Real; 2] = [RADIUS; 2];
+
+/// Water at 20 degrees on clean glass, 1 % of the volume of the balls.
+fn water() -> Bridge {
+    Bridge::new(0.0728, 0.2, 0.01).expect("the fit was made for it")
+}
+
+fn setup(bridge: Option<Bridge>, walls: Vec<Wall>) -> Setup {
+    let law = LinearSpringDashpot { damping: Damping::Restitution(0.9), ..LinearSpringDashpot::SAND };
+    Setup {
+        bodies: vec![Body::ball(RADIUS)],
+        interactions: Interactions::uniform(1, law).with_bridge(bridge),
+        walls,
+        region: [Vector::splat(-1e3), Vector::splat(1e3)],
+        ghost_margin: 0.0,
+    }
+}
+
+fn domain() -> Domain {
+    Domain::solo(Grid::new([4, 4, 4], Vector::splat(-1.0), Vector::splat(1.0)), [false; 3])
+}
+
+/// Two balls that overlap by a part of a radius, the upper at the origin.
+fn pair(lower: Grain, upper: Grain, overlap: Real, bridge: Option<Bridge>) -> Engine {
+    let at = |grain: Grain, z: Real| Grain { position: Vector::new(0.0, 0.0, z), ..grain };
+    let grains = [at(upper, 0.0), at(lower, (overlap - 2.0) * RADIUS)];
+    Engine::new(&domain(), setup(bridge, vec![]), &grains).expect("the case is sound")
+}
+
+fn ball(id: u64) -> Grain {
+    Grain::new(id, 2500.0, Vector::ZERO)
+}
+
+fn gap(engine: &Engine) -> Real {
+    let places = &engine.grains().position;
+    (places[0] - places[1]).length() - 2.0 * RADIUS
+}
+
+#[test]
+fn the_pull_over_the_gap_is_that_of_the_fit_up_to_rupture() {
+    let bridge = water();
+    // So heavy that it stays.
+    let upper = Grain { mass: Some(1e6), ..ball(0) };
+    let lower = Grain { motion: Motion::Prescribed, velocity: Vector::new(0.0, 0.0, -1e-3), ..ball(1) };
+    let mut engine = pair(lower, upper, 1e-5, Some(bridge));
+    // They are seen to touch.
+    engine.advance(&domain(), &Loads::none(), Vector::ZERO, 1e-6, Substeps::Fixed(1)).expect("the case is sound");
+    let (mut held, mut free) = (0, 0);
+    for _ in 0..400 {
+        let step = 1e-3;
+        let report = engine
+            .advance(&domain(), &Loads::none(), Vector::ZERO, step, Substeps::Fixed(1))
+            .expect("the case is sound");
+        // The force is that of the middle of the step.
+        let middle = gap(&engine) - 0.5e-3 * step;
+        if middle < 1e-8 {
+            continue;
+        }
+        let found = engine.grains().contact_force[0];
+        let expected = if middle <= bridge.rupture(PAIR) { bridge.force(middle, PAIR) } else { 0.0 };
+        assert!((found.z + expected).abs() < 1e-12 * (1.0 + expected), "{middle}: {found} {expected}");
+        assert_eq!(report.bridges, usize::from(expected > 0.0));
+        let volume = if expected > 0.0 { bridge.volume(PAIR) } else { 0.0 };
+        assert!((report.bridge_volume - volume).abs() < 1e-24);
+        *(if expected > 0.0 { &mut held } else { &mut free }) += 1;
+    }
+    assert!(held > 50 && free > 50, "{held} {free}");
+    // One that comes near without touching has none: it forms by touch alone.
+    let still = Grain { motion: Motion::Fixed, position: Vector::new(0.0, 0.0, -2.05 * RADIUS), ..ball(1) };
+    let grains = [ball(0), still];
+    let mut near = Engine::new(&domain(), setup(Some(bridge), vec![]), &grains).expect("the case is sound");
+    let report =
+        near.advance(&domain(), &Loads::none(), Vector::ZERO, 1e-4, Substeps::Auto).expect("the case is sound");
+    assert!(report.bridges == 0 && gap(&near) < bridge.rupture(PAIR));
+}
+
+#[test]
+fn momentum_stays_and_energy_goes_with_the_bridge_alone() {
+    let bridge = water();
+    let work = bridge.energy(bridge.rupture(PAIR), PAIR);
+    for (part, breaks) in [(4.0, true), (0.5, false)] {
+        // Kinetic energy of the relative motion: m v^2/4 of `part` of the work to break it.
+        let mass = 4.0 / 3.0 * PI * RADIUS.powi(3) * 2500.0;
+        let speed = (4.0 * part * work / mass).sqrt();
+        let lower = Grain { velocity: Vector::new(0.0, 0.0, -speed), ..ball(1) };
+        let mut engine = pair(lower, ball(0), 1e-3, Some(bridge));
+        let kinetic = |engine: &Engine| (0..2).map(|g| engine.grains().kinetic_energy(g)).sum::<Real>();
+        let (mut ruptures, mut before) = (0, None);
+        for _ in 0..600 {
+            let report = engine
+                .advance(&domain(), &Loads::none(), Vector::ZERO, 2e-5, Substeps::Auto)
+                .expect("the case is sound");
+            let momentum: Vector = engine.grains().velocity.iter().map(|v| mass * *v).sum();
+            assert!((momentum.z + mass * speed).abs() < 1e-12 * mass * speed, "{momentum}");
+            ruptures += report.ruptures;
+            let total = kinetic(&engine) + engine.elastic_energy();
+            // Away from the contact, whose dashpot takes.
+            if report.contacts > 0 {
+                before = None;
+            } else if let Some((before, had)) = before {
+                let lost: Real = if had != report.bridges { work } else { 0.0 };
+                assert!((total - (before - lost) as Real).abs() < 0.01 * work, "{part}: {total} {before} {lost}");
+            }
+            if report.contacts == 0 && before.is_none_or(|(_, had)| had != report.bridges) {
+                before = Some((total, report.bridges));
+            }
+        }
+        assert_eq!(ruptures, usize::from(breaks), "{part}");
+    }
+}
+
+#[test]
+fn a_pendant_ball_holds_by_its_bridge_or_falls() {
+    let bridge = water();
+    let mass = 4.0 / 3.0 * PI * RADIUS.powi(3) * 2500.0;
+    let hangs = |bridge: Option<Bridge>, weight: Real| {
+        let mut engine = pair(ball(1), Grain { motion: Motion::Fixed, ..ball(0) }, 1e-5, bridge);
+        let gravity = Vector::new(0.0, 0.0, -weight / mass);
+        for _ in 0..400 {
+            engine.advance(&domain(), &Loads::none(), gravity, 1e-4, Substeps::Auto).expect("the case is sound");
+        }
+        gap(&engine) < bridge.map_or(0.0, |bridge| bridge.rupture(PAIR))
+    };
+    let most = bridge.force(0.0, PAIR);
+    assert!(hangs(Some(bridge), 0.9 * most) && !hangs(Some(bridge), 1.1 * most));
+    // Water holds some 4 weights of a glass ball of 2 mm; without a bridge it falls.
+    assert!((3.0..6.0).contains(&(most / (mass * 9.81))), "{}", most / (mass * 9.81));
+    assert!(!hangs(None, 0.1 * most));
+}
+
+/// Height of the highest ball after a column of balls has come to rest beside a wall.
+fn column(bridge: Option<Bridge>) -> Real {
+    let grid = Grid::new([16, 4, 16], Vector::ZERO, Vector::new(0.06, 4e-3, 0.04));
+    let domain = Domain::solo(grid, [false, true, false]);
+    let law = LinearSpringDashpot {
+        normal_stiffness: 1e3,
+        tangential_stiffness: 1e3,
+        damping: Damping::Restitution(0.2),
+        friction: 0.3,
+        ..LinearSpringDashpot::SAND
+    };
+    let walls = vec![Wall::at_rest(Vector::ZERO, Vector::Z, 0), Wall::at_rest(Vector::ZERO, Vector::X, 0)];
+    let setup = Setup { interactions: Interactions::uniform(1, law).with_bridge(bridge), ..setup(bridge, walls) };
+    let mut random = Random::new(3);
+    let grains: Vec<Grain> = (0..120)
+        .map(|n: u64| {
+            let place = Vector::new((n % 5) as Real, (n / 5 % 2) as Real, (n / 10) as Real);
+            let off = Vector::new(random.between(0.0, 0.02), 0.0, random.between(0.0, 0.02));
+            let position = RADIUS * (Vector::splat(1.01) + 2.02 * place) + RADIUS * off;
+            Grain { position, ..Grain::new(n, 2500.0, Vector::ZERO) }
+        })
+        .collect();
+    let mut engine = Engine::new(&domain, setup, &grains).expect("the case is sound");
+    for _ in 0..500 {
+        let gravity = Vector::new(0.0, 0.0, -9.81);
+        engine.advance(&domain, &Loads::none(), gravity, 1e-3, Substeps::Auto).expect("the case is sound");
+    }
+    (0..engine.grains().owned()).map(|g| engine.grains().position[g].z).fold(0.0, Real::max)
+}
+
+#[test]
+fn a_wet_column_stands_where_a_dry_one_falls() {
+    let [dry, wet] = [None, Some(water())].map(column);
+    println!("{dry} {wet}");
+    assert!(wet > 1.3 * dry, "{dry} {wet}");
+}
+
+/// A cloud of wet balls that falls on a floor.
+fn fall(
+    communicator: Box<dyn Communicator>,
+    bridge: Option<Bridge>,
+    from: Option<&Snapshot>,
+    steps: usize,
+) -> Snapshot {
+    let grid = Grid::new([24, 16, 8], Vector::ZERO, Vector::new(0.02, 0.02, 0.03));
+    let domain = Domain::new(grid, [true, true, false], communicator).expect("the case is sound");
+    let setup = Setup { ghost_margin: 1e-3, ..setup(bridge, vec![Wall::at_rest(Vector::ZERO, Vector::Z, 0)]) };
+    let mut random = Random::new(5);
+    let mut grains: Vec<Grain> = (0..120)
+        .map(|n| Grain { scale: random.between(0.5, 1.0), ..Grain::new(7 * n % 121, 2650.0, Vector::ZERO) })
+        .collect();
+    let mut settings = PackingSettings::new(Vector::ZERO, Vector::new(0.02, 0.02, 1.0));
+    settings.lattice = Lattice::Low;
+    settings.arrange(&setup.bodies, &mut grains).expect("the case is sound");
+    for grain in &mut grains {
+        grain.velocity = Vector::new(0.6, 0.3, -0.5) + random.between(-0.5, 0.5) * Vector::X;
+    }
+    let nothing = Snapshot::default();
+    let mut engine = match from {
+        None => Engine::new(&domain, setup, &grains),
+        Some(from) => {
+            let from = if domain.communicator().rank() == 0 { from } else { &nothing };
+            Engine::restore(&domain, setup, "dem/", from)
+        }
+    }
+    .expect("the case is sound");
+    let gravity = Vector::new(0.0, 0.0, -50.0);
+    for _ in 0..steps {
+        engine.advance(&domain, &Loads::none(), gravity, 2e-4, Substeps::Auto).expect("the case is sound");
+    }
+    let mut snapshot = Snapshot::default();
+    engine.snapshot(&domain, "dem/", &mut snapshot);
+    snapshot
+}
+
+#[test]
+fn ranks_threads_and_interruptions_leave_the_bits_alone() {
+    let solo = |bridge, from, steps| fall(Box::new(Solo::default()), bridge, from, steps);
+    let bridge = Some(water());
+    let expected = solo(bridge, None, 80);
+    let half = solo(bridge, None, 40);
+    let held_apart = |snapshot: &Snapshot| {
+        let marks = snapshot.u32("dem/contact.deep").expect("the snapshot is whole");
+        marks.iter().filter(|&marks| marks & 6 == 6).count()
+    };
+    assert!(held_apart(&half) > 5, "{}", held_apart(&half));
+    for (ranks, threads) in [(1, 3), (2, 1), (4, 2)] {
+        let whole = run_ranks(ranks, threads, |c| fall(c, bridge, None, 80)).expect("the case is sound");
+        assert!(whole[0] == expected, "{ranks} ranks, {threads} threads");
+        let resumed = run_ranks(ranks, threads, |c| fall(c, bridge, Some(&half), 40)).expect("the case is sound");
+        assert!(resumed[0] == expected, "{ranks} ranks, {threads} threads, resumed");
+    }
+    // Control: bridges do act.
+    let velocities =
+        |snapshot: &Snapshot| snapshot.reals("dem/grain.velocity").expect("the snapshot is whole").to_vec();
+    assert!(velocities(&solo(None, None, 80)) != velocities(&expected));
+}
+
+#[test]
+fn grains_that_are_no_balls_are_refused() {
+    let grain = [Grain::new(3, 2650.0, Vector::ZERO)];
+    let spheroid = Setup { bodies: vec![Body::prolate(0.26e-3, 0.635e-3, 9)], ..setup(Some(water()), vec![]) };
+    let error = Engine::new(&domain(), spheroid, &grain).map_or_else(|error| error.to_string(), |_| String::new());
+    assert!(error.contains("grain 3 is no ball"), "{error}");
+}
