@@ -129,6 +129,91 @@ fn a_free_cube_moves_and_spins_evenly() {
     assert!((spin - 1.0).abs() > 1e-3, "{spin}");
 }
 
+/// Balls without water.
+const BALLS: &str = r#"
+solver = "mps"
+gravity = "0 m/s^2"
+[domain]
+size = ["100 mm", "60 mm", "60 mm"]
+[boundary]
+all = "slip"
+[particles]
+spacing = "10 mm"
+[material.steel]
+density = "7800 kg/m^3"
+[contact.default]
+normal_stiffness = "1e5 N/m"
+restitution = 0.4
+[[grains]]
+name = "large"
+shape.sphere = { diameter = "10 mm" }
+material = "steel"
+placement.list = [{ position = ["30 mm", "30 mm", "30 mm"] }]
+[[grains]]
+name = "small"
+shape.sphere = { diameter = "0.5 mm" }
+material = "steel"
+placement.list = [{ position = ["40 mm", "30 mm", "30 mm"], velocity = ["-1 m/s", "0 m/s", "0 m/s"] }]
+[[probe]]
+name = "large"
+body = { population = "large", index = 0 }
+every = "1 ms"
+[[probe]]
+name = "small"
+body = { population = "small", index = 0 }
+every = "1 ms"
+[output]
+fields = { at = [] }
+grains = { at = [] }
+figures = { at = [] }
+[run]
+until = "8 ms"
+"#;
+
+/// lammps/lammps#3025: of unlike sizes no dashpot gives the restitution that is asked for.
+#[test]
+fn the_restitution_asked_for_holds_between_balls_of_one_and_twenty() {
+    let measured = |restitution: f64| {
+        let change = format!("contact.default.restitution={restitution}");
+        let left = run(&format!("report-unlike-{restitution}"), BALLS, &[&change]);
+        let speed = |n: usize| *left.probes[n].1.column("velocity_1").last().expect("it was read");
+        speed(1) - speed(0)
+    };
+    for restitution in [0.2, 0.4, 0.9] {
+        let found = measured(restitution);
+        // Twice the mean error of impacts that sub-steps may have where no other is asked for: it is one impact.
+        assert!((found - restitution).abs() < 0.05, "{found} for {restitution}");
+    }
+    assert!(measured(0.6) > measured(0.3) + 0.2, "negative control: another one is told from it");
+}
+
+/// DualSPHysics/DualSPHysics#44: balls as stiff as steel make the steps unstable.
+#[test]
+fn stiff_balls_that_fall_on_one_another_gain_no_energy() {
+    let place = |n: usize| {
+        let (x, z) = (30.0 + 2.0 * (n % 3) as f64, 8.0 + 11.0 * n as f64);
+        format!("{{ position = [\"{x} mm\", \"30 mm\", \"{z} mm\"] }}")
+    };
+    let places = (0..6).map(place).collect::<Vec<_>>().join(", ");
+    let list = format!("grains.0.placement.list=[{places}]");
+    let more = [
+        "gravity=9.8 m/s^2",
+        "contact.default.normal_stiffness=1e7 N/m",
+        "domain.size=[\"100 mm\", \"60 mm\", \"80 mm\"]",
+        "run.until=60 ms",
+    ];
+    let left = run("report-steel", BALLS, &[&more[..], &[&list]].concat());
+    // The potential energy is that of submerged grains.
+    let weight = 7800.0 / (7800.0 - 998.2);
+    let (moving, lying) = (left.column("kinetic_energy_grains"), left.column("potential_energy"));
+    let energy: Vec<f64> = moving.iter().zip(lying).map(|(moving, lying)| moving + weight * lying).collect();
+    let first = energy[0];
+    let most = energy.iter().copied().fold(0.0, f64::max);
+    assert!(most <= first * (1.0 + 1e-4), "{most} J of {first}");
+    assert!(energy[energy.len() - 1] < 0.95 * first, "they do fall");
+    assert!(largest(&left, "largest_overlap") < 0.05);
+}
+
 /// DLR-RY/TwoPhaseFlow#44: parasitic currents carry bubbles of micrometres about.
 #[test]
 fn a_bubble_of_micrometres_stays_in_its_place() {
