@@ -50,7 +50,7 @@ choices! {
     #[derive(Default)]
     pub enum ViscosityScheme {
         /// The stress at the start of the step where the step is so short that this is as accurate as backward Euler, else backward
-        /// Euler; always backward Euler where grains act by their surfaces.
+        /// Euler. Friction on the surfaces of grains is implicit in both.
         #[default]
         Auto = "auto",
         /// Backward Euler.

@@ -157,6 +157,7 @@ pub const CASES: &[Case] = &[
     case!("mps-repose", moving_particles::repose),
     case!("mps-bed-load", moving_particles::bed_load),
     case!("mps-bed-stress", moving_particles::bed_stress),
+    case!("mps-turbulent-film", with "mps-turbulent-film"),
     case!("mps-fluidised-bed", moving_particles::fluidised_bed),
     case!("mps-hindered-settling", moving_particles::hindered_settling),
     case!("mps-standing-wave", moving_particles::standing_wave),

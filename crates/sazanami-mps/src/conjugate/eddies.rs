@@ -38,6 +38,8 @@ pub(crate) struct Eddies {
     depth: Vec<Real>,
     /// Eddy viscosity over that of the fluid, of each particle and ghost.
     pub relative: Vec<Real>,
+    /// Mixing length of the largest eddies in the water \[m].
+    pub longest: Real,
     /// Stress of the eddies over the density [m^2/s^2], the square of a friction velocity, mixing length \[m] and that viscosity of each.
     pub turbulence: Vec<Vector>,
 }
@@ -136,7 +138,8 @@ impl Eddies {
         let eddies = &turbulence[..];
         set_column(&mut relative, particles.len(), |a| eddies[a].z);
         (self.relative, self.turbulence) = (relative, turbulence);
-        let relative = &self.relative[..];
+        let (relative, turbulence) = (&self.relative[..], &self.turbulence[..]);
+        self.longest = step.domain.max(largest(*owned, |a| turbulence[a].y)).max(0.0);
         viscosity * (1.0 + step.domain.max(largest(*owned, |a| relative[a])).max(0.0))
     }
 }

@@ -71,13 +71,15 @@ pub(crate) fn exchange(
                 let r = apart.length() * narrower;
                 let w = weight.value(r);
                 let held = turned != 0 && friction == WallFriction::NoSlip;
+                // At a wall that holds the water eddies are gone.
+                let eddies = eddies.filter(|_| !held);
+                let thicker = eddies.map_or(1.0, |eddies| 1.0 + 0.5 * (eddies[a] + eddies[b]));
                 // The image of a wall that holds the fluid moves against it.
                 let image = match gate_of(turned) {
                     Some(gate) if held => Vector::new(0.0, 0.0, 2.0 * gates[gate].velocity) - velocity[b],
                     None if held => -velocity[b],
                     _ => pair.seen(velocity[b]),
                 };
-                let thicker = eddies.map_or(1.0, |eddies| 1.0 + 0.5 * (eddies[a] + eddies[b]));
                 let stiffness = thicker * weight.laplacian(r).0 * narrower * narrower;
                 into.laplacian += stiffness * per_laplacian * (image - velocity[a]);
                 let other = seen(&pair, &gradient[b]);

@@ -240,9 +240,9 @@ impl ConjugateColumns {
         self.eddies.as_mut().map_or(step.settings.fluid.viscosity, set)
     }
 
-    /// Square of the friction velocity and mixing length of each particle and ghost, where turbulence is put in.
-    pub fn eddies(&self) -> Option<&[Vector]> {
-        self.eddies.as_ref().map(|eddies| &eddies.turbulence[..])
+    /// Square of the friction velocity of each particle and ghost, and the longest mixing length, where turbulence is put in.
+    pub fn eddies(&self) -> Option<(&[Vector], Real)> {
+        self.eddies.as_ref().map(|eddies| (&eddies.turbulence[..], eddies.longest))
     }
 
     /// Viscosity, damping and mean gradients of the neighbours at the start of the step.

@@ -1,9 +1,10 @@
 //! Gusts: what grains feel of turbulence beyond the flow that the particles resolve.
 //!
-//! With the friction velocity `u = sqrt(nu_t sqrt(2 S:S))` and the mixing length `l` read at a grain, the water there moves by
+//! With the friction velocity `u = sqrt(nu_t sqrt(2 S:S))` read at a grain, the water there moves by
 //! `u (xi_3 - xi_1, xi_2, xi_1)` along the flow, across and upwards beside the flow that is resolved, so that
-//! `<u'w'> = -u^2` is the stress that the eddies bear (Maurin et al. 2015, Phys. Fluids 27, 113302, who hold the numbers for
-//! `0.33 l/u`). The numbers `xi` of a grain are normal and lose their memory over that time, each as `d xi = -xi dt/T + sqrt(2/T) dW`.
+//! `<u'w'> = -u^2` is the stress that the eddies bear (Maurin et al. 2015, Phys. Fluids 27, 113302). The numbers `xi` of a grain are
+//! normal and forgotten over `T = 0.33 l/u`, each as `d xi = -xi dt/T + sqrt(2/T) dW`, with the mixing length `l` of the largest
+//! eddies: these carry most of the energy down to the bed, and pass over it in about depth over mean velocity.
 //! The noise follows from the identifier of the grain and the number of its steps: the same for any number of threads and ranks, and
 //! after a restart.
 
@@ -21,7 +22,7 @@ use crate::neighbours::ROWS;
 use crate::particles::Particles;
 use crate::reductions::set_column;
 
-/// Time in which a gust is forgotten, over the mixing length and the friction velocity.
+/// Time in which a gust is forgotten, over the mixing length of the largest eddies and the friction velocity.
 const MEMORY: Real = 0.33;
 
 /// Three normal numbers that follow from the identifier of a grain and the number of its steps (Box and Muller 1958).
@@ -38,15 +39,15 @@ fn gust(xi: Vector, flow: Vector, friction_velocity: Real) -> Vector {
 }
 
 impl GrainPhase {
-    /// Gusts at the own grains after the fluid was interpolated there; the square of the friction velocity [m^2/s^2] and the mixing
-    /// length \[m] of each particle and ghost are the first components of `eddies`.
+    /// Gusts at the own grains after the fluid was interpolated there; the square of the friction velocity at each particle
+    /// and ghost [m^2/s^2] is the first component of `eddies`, the mixing length of the largest ones `longest` \[m].
     pub(crate) fn add_gusts(
         &mut self,
         step: &Context<'_>,
         tank: &Tank,
         particles: &Particles,
         inverse_void: &[Real],
-        eddies: &[Vector],
+        (eddies, longest): (&[Vector], Real),
     ) {
         if !self.is_active() {
             return;
@@ -61,11 +62,11 @@ impl GrainPhase {
         let owned = grains.owned();
         set_column(places, owned, |g| {
             let last = vector(&grains.attached[g], GUST);
-            let [square, length, _] = (readings[g].velocity / readings[g].share).to_array();
-            if !(square > 0.0 && length > 0.0) {
+            let square = readings[g].velocity.x / readings[g].share;
+            if !(square > 0.0 && longest > 0.0) {
                 return last;
             }
-            let kept = (-step.dt * square.sqrt() / (MEMORY * length)).exp();
+            let kept = (-step.dt * square.sqrt() / (MEMORY * longest)).exp();
             kept * last + (1.0 - kept * kept).sqrt() * normal(grains.id[g], grains.attached[g][GUST + 3] as u64)
         });
         let numbers = &places[..];
