@@ -77,7 +77,7 @@ fn beds_of_unlike_sizes_come_to_rest_in_the_work_foretold() {
         ("like", "count = 600", 600),
         ("pair", PAIR, 601),
         ("lognormal", "count = 600\nsize.lognormal = { sigma = 0.5, lower = 0.35, upper = 3.0 }", 600),
-        ("wide", "count = 600\nsize.lognormal = { sigma = 1.0, upper = 8.0 }", 600),
+        ("wide", "count = 600\nsize.lognormal = { sigma = 1.0, lower = 0.3, upper = 3.0 }", 600),
     ];
     for (name, keys, grains) in cases {
         let loaded = load(&case_text(keys), &[]);
