@@ -12,7 +12,7 @@ use crate::boundary::{Side, Tank, WallFriction};
 use crate::context::Context;
 use crate::ghosts::Ghosts;
 use crate::grains::GrainPhase;
-use crate::particles::{Kind, Particles};
+use crate::particles::{Kind, Particles, Role};
 use crate::reductions::{largest, set_column};
 
 /// Von Karman's constant.
@@ -115,7 +115,7 @@ impl Eddies {
         KARMAN * distance
     }
 
-    /// Sets the eddy viscosity of particles and ghosts over that of the fluid from their velocity gradients; returns the largest
+    /// Sets the eddy viscosity of particles and ghosts over that of the fluid from their velocity gradients, none for spray; returns the largest
     /// viscosity of fluid and eddies together [m^2/s].
     pub fn set(
         &mut self,
@@ -126,9 +126,9 @@ impl Eddies {
     ) -> Real {
         let viscosity = step.settings.fluid.viscosity;
         let (mut relative, mut turbulence) = (std::mem::take(&mut self.relative), std::mem::take(&mut self.turbulence));
-        let Particles { kind, position, owned, .. } = particles;
+        let Particles { kind, role, position, owned, .. } = particles;
         set_column(&mut turbulence, particles.len(), |a| {
-            if a >= *owned || kind[a] != Kind::Fluid {
+            if a >= *owned || kind[a] != Kind::Fluid || role[a] == Role::Inactive {
                 return Vector::ZERO;
             }
             let (length, rate) = (self.length(tank, position[a]), rate_of_strain(&gradient[a]));

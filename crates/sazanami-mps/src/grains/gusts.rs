@@ -27,12 +27,12 @@ const MEMORY: Real = 0.33;
 
 /// Three normal numbers that follow from the identifier of a grain and the number of its steps (Box and Muller 1958).
 fn normal(id: u64, steps: u64) -> Vector {
-    let mut random = Random::new(id.rotate_left(32) ^ steps);
+    let mut random = Random::new(Random::new(id).bits() ^ steps);
     let mut one = || (-2.0 * (1.0 - random.unit()).ln()).sqrt() * (TAU * random.unit()).cos();
     Vector::new(one(), one(), one())
 }
 
-/// The velocity of a gust [m/s] of numbers `xi` in a flow along `flow`, of this friction velocity [m/s].
+/// The velocity of a gust [m/s] of numbers `xi` in a flow that goes along `flow` over the walls, of this friction velocity [m/s].
 fn gust(xi: Vector, flow: Vector, friction_velocity: Real) -> Vector {
     let along = Vector::new(flow.x, flow.y, 0.0).normalize_or(Vector::X);
     friction_velocity * ((xi.z - xi.x) * along + xi.y * Vector::Z.cross(along) + xi.x * Vector::Z)
@@ -75,7 +75,7 @@ impl GrainPhase {
                 let g = number * ROWS + row;
                 let square = readings[g].velocity.x / readings[g].share;
                 if square > 0.0 {
-                    around.gust = gust(numbers[g], around.velocity, square.sqrt());
+                    around.gust = gust(numbers[g], around.velocity - step.forcing.wall_velocity, square.sqrt());
                 }
             }
         });
@@ -115,5 +115,6 @@ mod tests {
         assert!((gust(xi, -flow, u).dot(along) + gust(xi, flow, u).dot(along)).abs() < 1e-12);
         // Another grain has other gusts.
         assert_ne!(normal(7, 3), normal(8, 3));
+        assert_ne!(normal(7, 2), normal((1 << 32) + 7, 3), "the same number in another population");
     }
 }

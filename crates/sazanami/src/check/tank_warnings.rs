@@ -33,7 +33,7 @@ pub(crate) fn warn_of_tank(loaded: &LoadedCase, report: &mut Diagnostics) {
 const CHANNEL: [Real; 2] = [500.0, 2000.0];
 
 /// The same of an oscillating flow by its largest speed and `sqrt(2 nu/omega)`, over smooth walls (Jensen, Sumer and Fredsoe 1989,
-/// J. Fluid Mech. 206, 265); beds of grains make it turbulent from the first number on.
+/// J. Fluid Mech. 206, 265); over grains it becomes turbulent between the two.
 const SWING: [Real; 2] = [100.0, 550.0];
 
 /// Flow over a bed that is turbulent without a mixing length, or laminar with one.
@@ -41,7 +41,7 @@ fn warn_of_turbulence(loaded: &LoadedCase, report: &mut Diagnostics) {
     let case: &Case = &loaded.case;
     let Some(particles) = &case.particles else { return };
     let viscosity = case.fluid.liquid.viscosity / case.fluid.liquid.density;
-    if case.grains.is_empty() || viscosity <= 0.0 {
+    if viscosity <= 0.0 || (case.grains.is_empty() && particles.turbulence == Turbulence::None) {
         return;
     }
     let channel = case.mean_flow().map(|flow| {
