@@ -269,6 +269,8 @@ pub struct Erosion {
     pub surface_grains: usize,
     /// Number of grains in the air, left out.
     pub airborne_grains: usize,
+    /// Their volume [m^3].
+    pub airborne_volume: Real,
 }
 
 impl Erosion {
@@ -312,6 +314,7 @@ impl Erosion {
             depth_below_initial: initial.and_then(|initial| initial.heights.first().map(|first| first - crater.base)),
             surface_grains: seen.tops.len(),
             airborne_grains: seen.airborne,
+            airborne_volume: seen.airborne_volume,
             surface,
             profile,
         })

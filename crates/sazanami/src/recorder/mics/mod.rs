@@ -48,8 +48,10 @@ pub(super) const BEFORE: &str = "observe/before_impact/";
 const VOLUME_COURSE: &str = "observe/volume_course";
 const RESTED: &str = "observe/rested";
 const COURSE_BELOW_RIM: &str = "observe/course_below_rim";
-/// A crater at rest keeps its volumes within this part for so long \[s].
+/// A crater that is not waited for longer keeps its volume below the rim within this part, or its uncertainty, for so long \[s].
 const KEPT: [Real; 2] = [0.03, 10e-3];
+/// What grains fill when they have come down, over their own volume: as loose as sand lies.
+const LOOSE: Real = 2.0;
 const LIQUID_TRACE: &str = "observe/liquid_trace";
 
 /// Energies as measured last \[J].
@@ -241,9 +243,12 @@ impl Observer for GridObserver {
             self.course.add(time, erosion.crater.volume);
             self.below_rim.add(time, erosion.crater.volume_direct);
             let [part, span] = KEPT;
+            let change = part * erosion.crater.volume_direct;
+            let rest = self.course.rest(erosion.volume_uncertainty());
             self.rested = self.erosion.as_ref().is_some_and(|settings| erosion.has_crater(settings.grain_size))
-                && erosion.airborne_grains == 0
-                && [&self.course, &self.below_rim].into_iter().all(|course| course.keeps(part, span));
+                && LOOSE * erosion.airborne_volume <= change
+                && self.below_rim.keeps(change.max(erosion.below_rim_uncertainty()), span)
+                && rest.is_ok_and(|rest| rest.at_rest && time - rest.since >= span);
         }
     }
 
