@@ -2,15 +2,6 @@
 
 use sazanami_numerics::Real;
 
-/// Martin and Moyce (1952), a column twice as high as wide.
-pub const DAM_BREAK: &str = include_str!("../verification/dam-break/reference.csv");
-/// Martin and Moyce (1952), a column as high as wide.
-pub const SQUARE_DAM: &str = include_str!("../verification/mps-dam-break/reference.csv");
-/// Lobovsky et al. (2014).
-pub const LOBOVSKY: &str = include_str!("../verification/mps-dam-break-lobovsky/reference.csv");
-/// Zick and Homsy (1982).
-pub const ARRAYS: &str = include_str!("../verification/grain-arrays/reference.csv");
-
 /// Values of `columns` in the rows whose first cell is `key` (all rows for an empty key), where none is missing.
 #[must_use]
 pub fn rows<const N: usize>(csv: &str, key: &str, columns: [&str; N]) -> Vec<[Real; N]> {
@@ -27,22 +18,16 @@ pub fn rows<const N: usize>(csv: &str, key: &str, columns: [&str; N]) -> Vec<[Re
     lines.filter_map(row).collect()
 }
 
-/// Time and value of the rows of a quantity.
-#[must_use]
-pub fn history(csv: &str, quantity: &str) -> Vec<[Real; 2]> {
-    rows(csv, quantity, ["dimensionless_time", "value"])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn tables_are_read_whole() {
-        assert_eq!((history(DAM_BREAK, "front").len(), history(DAM_BREAK, "column").len()), (15, 17));
-        assert_eq!((history(SQUARE_DAM, "front").len(), history(LOBOVSKY, "front").len()), (16, 6));
-        assert_eq!(rows(ARRAYS, "simple cubic", ["solid_fraction", "k"]).len(), 4);
+        let table = "# of somebody\nwhat,x,y\na,1,2\nb,3,4\na,5,6\na,7,\n";
+        assert_eq!(rows(table, "a", ["x", "y"]), [[1.0, 2.0], [5.0, 6.0]]);
+        assert_eq!(rows(table, "", ["x"]).len(), 4);
         // A column that is not there.
-        assert!(rows(ARRAYS, "", ["z"]).is_empty());
+        assert!(rows(table, "", ["z"]).is_empty());
     }
 }

@@ -12,8 +12,6 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
-use super::single_phase::orders;
-use super::tank::largest;
 use crate::measured::Measured;
 
 const SCHEMES: [(&str, InterfaceScheme); 3] = [
@@ -21,6 +19,16 @@ const SCHEMES: [(&str, InterfaceScheme); 3] = [
     ("THINC/SW", InterfaceScheme::ThincSw),
     ("THINC/WLIC", InterfaceScheme::ThincWlic),
 ];
+
+/// Largest of `values`, at least zero; not a number if one of them is not.
+fn largest(values: impl IntoIterator<Item = Real>) -> Real {
+    values.into_iter().fold(0.0, |a: Real, b| if a.is_nan() || b.is_nan() { Real::NAN } else { a.max(b) })
+}
+
+/// Observed orders of a sequence of errors, each from twice as fine as the one before.
+fn orders<const N: usize>(errors: [Real; N]) -> Vec<Real> {
+    errors.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect()
+}
 
 /// Relative change of the liquid volume in vortices in a periodic box, 50 steps.
 fn drift(dilatation: Dilatation) -> Real {

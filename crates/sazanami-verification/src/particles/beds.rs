@@ -247,41 +247,22 @@ pub(super) fn fix_on_lattice(vessel: &mut Vessel, eps: Real) {
 /// # Errors
 /// [`ExperimentError`] if a step fails.
 pub fn seepage(scheme: Scheme, eps: Real, force: Real, end: Real) -> Result<Seepage, ExperimentError> {
-    seep(scheme, eps, [force, end], false)
-}
-
-/// The same with gravity in an open box of which water fills 7 diameters, so that its surface lies between grains; velocities are
-/// those of its lower half.
-///
-/// # Errors
-/// [`ExperimentError`] if a step fails.
-pub fn seepage_with_surface(scheme: Scheme, eps: Real, force: Real, end: Real) -> Result<Seepage, ExperimentError> {
-    seep(scheme, eps, [force, end], true)
-}
-
-fn seep(scheme: Scheme, eps: Real, [force, end]: [Real; 2], surface: bool) -> Result<Seepage, ExperimentError> {
     let d = DIAMETER;
     let size = [10, 8, 10];
-    let (top, depth, gravity) = if surface { (OPEN_TOP, 7.0 * d, DOWN) } else { (WALLS, 10.0 * d, Vector::ZERO) };
-    let mut vessel = Vessel::new(size, d, [PERIODIC, PERIODIC, top]);
-    vessel.reference = depth * Vector::Z;
+    let mut vessel = Vessel::new(size, d, [PERIODIC, PERIODIC, WALLS]);
+    vessel.reference = 10.0 * d * Vector::Z;
     (vessel.friction, vessel.scheme) = (WallFriction::Slip, scheme);
     vessel.longest = 2e-4;
     fix_on_lattice(&mut vessel, eps);
-    vessel.fluid = filling::layers(vessel.lower, vessel.upper, depth, d, |_| eps)
+    vessel.fluid = filling::layers(vessel.lower, vessel.upper, 10.0 * d, d, |_| eps)
         .into_iter()
         .map(|position| FluidParticle { position, velocity: Vector::ZERO })
         .collect();
     let mut solver = vessel.solver()?;
-    let forcing = |_: Real, _: Real| Forcing { body_force: force * Vector::X + gravity, ..Forcing::default() };
+    let forcing = |_: Real, _: Real| Forcing { body_force: force * Vector::X, ..Forcing::default() };
     let (mut speed, mut counts) = ([0.0; 4], [0.0; 4]);
     advance(&mut solver, [0.0, end], forcing, |time, solver, _| {
-        // Grains that stand out of the water are dragged by the uppermost of it.
-        let far = if surface { 0.5 * depth } else { depth };
-        let [sum, count] = solver.sum_over_fluid(|p, a| {
-            let inside = if p.position[a].z < far { 1.0 } else { 0.0 };
-            [inside * p.velocity[a].x, inside]
-        });
+        let [sum, count] = solver.sum_over_fluid(|p, a| [p.velocity[a].x, 1.0]);
         let quarter = ((4.0 * time / end) as usize).min(3);
         speed[quarter] += sum / count;
         counts[quarter] += 1.0;

@@ -4,10 +4,8 @@ mod at_rest;
 mod bed_load;
 mod bed_stress;
 mod beds;
-pub mod dam_break;
 mod drop;
 mod fluidised;
-mod frames;
 mod interior;
 mod jets;
 mod operators;
@@ -15,7 +13,6 @@ mod repose;
 mod settled_bed;
 mod suspended;
 mod vessel;
-mod watered_bed;
 mod waves;
 
 pub use at_rest::{Rest, RestSetup, falling_block, rest};
@@ -23,16 +20,13 @@ pub use bed_load::{BedLoad, bed_load};
 pub use bed_stress::{BedStress, bed_stress, started_flow};
 pub use beds::{
     Falling, LatticeVoids, RestingBed, Seepage, dry_bed, falling_grain, lattice_voids, resting_bed, seepage,
-    seepage_with_surface,
 };
 pub use drop::{Ellipse, StretchedDrop, stretching_drop};
 pub use fluidised::{BedOnSieve, FluidisedBed};
-pub use frames::{FrameDifference, frames, frames_with_bed};
 pub use interior::{CollidedDrops, TurningPatch, Vortices, colliding_drops, taylor_green, turning_patch};
 pub use jets::{ReversedFall, ShearedJet, reversed_fall, sheared_jet};
 pub use operators::{Operators, bulk_weighted, laplacian_by_number_density, operators};
 pub use repose::{Repose, repose};
 pub use suspended::{HinderedSettling, UpwardFlow, hindered_settling, settling_speed, upward_flow};
 pub use vessel::{DENSITY, DIAMETER, DOWN, Energy, ExperimentError, GRAIN_DENSITY, GRAVITY, Vessel, advance};
-pub use watered_bed::{BedSetup, WateredBed, watered_bed};
-pub use waves::{Shaking, Sloshing, StandingWave, WaveTank, sloshing, standing_wave};
+pub use waves::{StandingWave, WaveTank, standing_wave};

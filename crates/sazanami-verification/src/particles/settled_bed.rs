@@ -30,8 +30,6 @@ pub(super) struct SettledBed {
     pub rise: Real,
     /// Part of gravity along x while the water comes to rest; its surface lies across the sum.
     pub tilt: Real,
-    /// Largest displacement of the vessel in x \[m].
-    pub margin: Real,
     /// Whether the ends in x are periodic.
     pub endless: bool,
     /// Height below which grains are held for good.
@@ -55,7 +53,7 @@ impl SettledBed {
         let count = [n1, n2, (high / spacing).ceil() as usize];
         let mut vessel = Vessel::new(count, spacing * d, [ends, PERIODIC, OPEN_TOP]);
         (vessel.diameter, vessel.viscosity) = (d, self.viscosity.unwrap_or(vessel.viscosity));
-        (vessel.longest, vessel.margin, vessel.scheme) = (2e-4, self.margin, self.scheme);
+        (vessel.longest, vessel.scheme) = (2e-4, self.scheme);
         vessel.reference = Vector::new(0.5 * vessel.upper.x, 0.0, depth);
         vessel.grains = packed(&vessel, layers)?;
         for grain in vessel.grains.iter_mut().filter(|grain| grain.position.z < self.glued * d) {

@@ -67,8 +67,6 @@ pub struct Vessel {
     pub longest: Real,
     /// Point at which the hydrostatic part of the pressure is zero \[m].
     pub reference: Vector,
-    /// Largest displacement of the box in x \[m].
-    pub margin: Real,
     /// Fluid particles at the start.
     pub fluid: Vec<FluidParticle>,
     /// Grains, spheres of [`Self::diameter`].
@@ -92,7 +90,6 @@ impl Vessel {
             tolerance: Tolerance::default(),
             longest: 0.05 * (spacing / GRAVITY).sqrt(),
             reference: Vector::ZERO,
-            margin: 0.0,
             fluid: Vec::new(),
             grains: Vec::new(),
             diameter: spacing,
@@ -127,8 +124,7 @@ impl Vessel {
 
     pub(super) fn domain(&self) -> Domain {
         let cell = 0.5 * (self.scheme.radius + 0.36) * self.spacing;
-        let margin = self.margin * Vector::X;
-        let (lower, upper) = (self.lower - margin, self.upper + margin);
+        let (lower, upper) = (self.lower, self.upper);
         let cells = (upper - lower).to_array().map(|length| ((length / cell).floor() as usize).max(1));
         Domain::solo(Grid::new(cells, lower, upper), self.sides.map(|sides| sides[0] == Side::Periodic))
     }
@@ -139,7 +135,7 @@ impl Vessel {
 
     pub(super) fn engine(&self, domain: &Domain) -> Result<Engine, DemError> {
         let present = self.sides.map(|sides| sides.map(|side| side == Side::Wall));
-        let around = Vector::splat(10.0 * self.diameter + self.margin) + (self.upper - self.lower);
+        let around = Vector::splat(10.0 * self.diameter) + (self.upper - self.lower);
         let setup = Setup {
             bodies: vec![Body::ball(0.5 * self.diameter)],
             interactions: Interactions::uniform(1, LinearSpringDashpot::spheres(400.0, 0.5, 0.4)),

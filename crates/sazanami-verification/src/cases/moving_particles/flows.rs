@@ -1,12 +1,11 @@
-//! Water alone, and a bed under deep water.
+//! Water alone.
 
-use crate::measured::{Chart, Measured};
-use crate::particles::{self as experiments, BedSetup};
+use crate::measured::Measured;
+use crate::particles as experiments;
 use sazanami_mps::scheme::{CONJUGATE_RADIUS, Scheme};
 use sazanami_mps::stability::COURANT;
 use sazanami_numerics::Real;
 
-use super::fluid::column;
 use super::said;
 use super::waves::{Wave, called, drops, over_theory};
 
@@ -77,21 +76,6 @@ pub fn hydrostatics() -> Result<Vec<Measured>, String> {
     Ok(rows)
 }
 
-/// A column of Martin and Moyce.
-pub fn dam_break() -> Result<(Vec<Measured>, Vec<Chart>), String> {
-    let (mut rows, mut charts) = (Vec::new(), Vec::new());
-    for scheme in schemes() {
-        let name = format!("radius {}", scheme.radius);
-        let (measured, chart, series) = column(&name, 2, scheme)?;
-        let first = rows.is_empty();
-        rows.extend(measured.into_iter().filter(|row| first || !row.quantity.starts_with("control")));
-        let largest = series.iter().map(|state| state.energy / series[0].energy).fold(0.0, Real::max);
-        rows.push(Measured::new(format!("{name}: largest energy over the first"), largest));
-        charts.push(chart);
-    }
-    Ok((rows, charts))
-}
-
 /// Vortices, a turning square and drops that collide.
 pub fn conservation() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
@@ -152,66 +136,5 @@ pub fn jets() -> Result<Vec<Measured>, String> {
     }
     let published = experiments::reversed_fall(PUBLISHED_FALLS, Scheme::published()).map_err(said)?;
     rows.push(Measured::new("control: largest rise of the energy with the published scheme", published.rise));
-    Ok(rows)
-}
-
-/// A bed under deep water, held or falling together; flow through a bed; a bed that settled before.
-pub fn watered_bed() -> Result<Vec<Measured>, String> {
-    let [scheme, _] = schemes();
-    let mut rows = Vec::new();
-    let setups =
-        [("held", BedSetup::held(scheme)), ("loose", BedSetup::loose(scheme)), ("stirred", BedSetup::stirred(scheme))];
-    for (name, setup) in setups {
-        let found = experiments::watered_bed(&setup).map_err(said)?;
-        rows.extend([
-            Measured::new(format!("{name}: largest error of the pressure less its mean, of rho g H"), found.pressure),
-            Measured::new(format!("{name}: mean error of the pressure, of rho g H"), found.mean_pressure),
-            Measured::new(format!("{name}: buoyancy over rho g V"), found.buoyancy[0]),
-            Measured::new(format!("{name}: buoyancy, rms about its mean"), found.buoyancy[1]),
-            Measured::new(format!("{name}: volume strain of the water"), found.strain[0]),
-            Measured::new(format!("{name}: volume strain, rms"), found.strain[1]),
-            Measured::new(format!("{name}: largest speed of the water, of sqrt(g H)"), found.speed[0]),
-        ]);
-        if !setup.held {
-            rows.push(Measured::new(format!("{name}: way down of its grains, in diameters"), found.sunk));
-            rows.push(Measured::new(format!("{name}: rms speed of the grains at the end"), found.grains));
-        }
-        if setup.stirred > 0.0 {
-            rows.push(Measured::new("stirred: largest part of the water that is isolated", found.isolated));
-            let fastest =
-                Measured::new("control, stirred: largest speed of the water at any time, of sqrt(g H)", found.fastest);
-            rows.push(fastest);
-        }
-    }
-    let forgetful = BedSetup::loose(Scheme { relaxation: Real::INFINITY, ..scheme });
-    let found = experiments::watered_bed(&forgetful).map_err(said)?;
-    rows.push(Measured::new("control, loose: volume strain, rms, without the relaxation", found.strain[1]));
-    for (eps, force) in [(0.40, 0.8), (0.40, 3.0), (0.50, 0.8)] {
-        let found = experiments::seepage(scheme, eps, force, 0.1).map_err(said)?;
-        let name = format!("eps {eps}, {:.0} Pa/m", found.gradient);
-        rows.push(Measured::new(format!("{name}: Ergun over found"), found.ergun(3)));
-        if force == 3.0 {
-            let off = (found.ergun(4) - 1.0).abs();
-            rows.push(Measured::new(format!("control, {name}: error with eps^4"), off));
-        }
-    }
-    let [driven, left] = [0.8, 0.0].map(|force| experiments::seepage_with_surface(scheme, 0.40, force, 0.1));
-    let (driven, left) = (driven.map_err(said)?, left.map_err(said)?);
-    rows.push(Measured::new("under a surface, eps 0.4, 800 Pa/m: Ergun over found", driven.ergun(3)));
-    rows.push(Measured::new("under a surface, eps 0.4, 800 Pa/m: change of the flux at the end", driven.change));
-    rows.push(Measured::new(
-        "control, under a surface, eps 0.4, 800 Pa/m: error with eps^4",
-        (driven.ergun(4) - 1.0).abs(),
-    ));
-    let still = (left.flux / driven.flux).abs();
-    rows.push(Measured::new("under a surface, eps 0.4: flux without a drive over that of 800 Pa/m", still));
-    let settled = experiments::resting_bed(scheme, [10, 8], [10.0, 5.0], 0.0, 1.0).map_err(said)?;
-    rows.extend([
-        Measured::new("settled: largest error of the pressure, of rho g H", settled.pressure),
-        Measured::new("settled: drift of the bed's height, in diameters", settled.height.abs()),
-        Measured::new("settled: largest speed of a grain", settled.speed),
-        Measured::new("settled: force on the floor over submerged weight", settled.floor),
-        Measured::new("settled: change of the fluid's bulk volume", settled.volume.abs()),
-    ]);
     Ok(rows)
 }

@@ -143,36 +143,3 @@ pub fn packed_bed() -> Result<Vec<Measured>, String> {
     }
     Ok(rows)
 }
-
-/// Water alone.
-pub fn frames() -> Result<Vec<Measured>, String> {
-    let [found, chance] = experiments::frames(Scheme::default(), 5, 1.0).map_err(said)?;
-    let row = |name: &str, value: Real| Measured::new(name, value);
-    Ok(vec![
-        row("rms difference of the mean velocities of columns until 0.25 s", found.early),
-        row("rms difference of the mean velocities of columns", found.velocity),
-        row("rms difference of the mean heights of columns", found.height),
-        row("rms difference of the centre of mass", found.centre),
-        row("rms difference of the kinetic energy", found.energy),
-        Measured::new("way of the tank in a step, in spacings", found.speed),
-        Measured::new("by chance: rms difference of the mean velocities of columns until 0.25 s", chance.early),
-        Measured::new("by chance: rms difference of the mean velocities of columns", chance.velocity),
-        Measured::new("by chance: rms difference of the mean heights of columns", chance.height),
-        Measured::new("by chance: rms difference of the centre of mass", chance.centre),
-        Measured::new("by chance: rms difference of the kinetic energy", chance.energy),
-    ])
-}
-
-/// A swinging tank with a bed, in the frame of the tank and in that of the laboratory.
-pub fn frames_with_bed() -> Result<Vec<Measured>, String> {
-    let [found, chance] = experiments::frames_with_bed(Scheme::default(), 120, 0.5).map_err(said)?;
-    let row = |name: &str, value: Real| Measured::new(name, value.abs());
-    Ok(vec![
-        row("relief of the bed after 0.5 s", found.bed_relief),
-        row("kinetic energy of the bed until 0.5 s", found.bed_energy),
-        Measured::new("rms difference of the centre of mass of the water", found.centre),
-        Measured::new("rms difference of the kinetic energy of the water", found.energy),
-        Measured::new("by chance: relief of the bed after 0.5 s", chance.bed_relief.abs()),
-        Measured::new("by chance: kinetic energy of the bed until 0.5 s", chance.bed_energy.abs()),
-    ])
-}

@@ -7,14 +7,11 @@ mod published;
 mod suspended;
 mod waves;
 
-pub(crate) use flows::{conservation, dam_break, hydrostatics, jets, standing_wave, stretching_drop, watered_bed};
-pub(crate) use fluid::{dam_break_lobovsky, operators};
-pub(crate) use grains::{
-    bed_load, bed_stress, frames, frames_with_bed, packed_bed, repose, resting_bed, settling_grain, void_fraction,
-};
+pub(crate) use flows::{conservation, hydrostatics, jets, standing_wave, stretching_drop};
+pub(crate) use fluid::operators;
+pub(crate) use grains::{bed_load, bed_stress, packed_bed, repose, resting_bed, settling_grain, void_fraction};
 pub(crate) use published::published;
 pub(crate) use suspended::{fluidised_bed, hindered_settling};
-pub(crate) use waves::sloshing;
 
 use crate::particles::ExperimentError;
 

@@ -3,13 +3,12 @@
 use sazanami_mps::scheme::Scheme;
 use sazanami_mps::stability::COURANT;
 
-use super::fluid::column;
 use super::said;
 use super::waves::over_theory;
 use crate::measured::Measured;
 use crate::particles::{self as experiments, RestSetup};
 
-/// A wave, a drop that stretches, vortices, a breaking dam, water at rest and a falling block.
+/// A wave, a drop that stretches, vortices, water at rest and a falling block.
 pub fn published() -> Result<Vec<Measured>, String> {
     let scheme = Scheme::published();
     let (mut rows, _) = over_theory("wave, h/l0 10", (0.1, 0.05, 10, 1), scheme)?;
@@ -20,7 +19,6 @@ pub fn published() -> Result<Vec<Measured>, String> {
         Measured::new("drop: rms error of the velocity", drop.velocity),
         Measured::new("drop: pressure in the middle over exact", drop.pressure),
     ]);
-    rows.extend(column("dam, n^2 = 2", 2, scheme)?.0);
     let mut row = |name: &str, value| rows.push(Measured::new(name, value));
     let vortices = experiments::taylor_green(50, COURANT, scheme).map_err(said)?;
     row("vortices: rate of decay of the largest speed over exact", vortices.decay);

@@ -1,8 +1,6 @@
 //! Waves.
 
-use std::f64::consts::PI;
-
-use crate::particles::{self as experiments, Shaking, Sloshing, WaveTank};
+use crate::particles::{self as experiments, WaveTank};
 use sazanami_mps::scheme::Scheme;
 use sazanami_numerics::Real;
 
@@ -50,25 +48,4 @@ pub(super) fn drops(schemes: &[Scheme]) -> Result<Vec<Measured>, String> {
         row("control, rms error beside a constant rate of strain", found.velocity_of_constant_rate);
     }
     Ok(rows)
-}
-
-/// V5, away from resonance.
-pub fn sloshing() -> Result<Vec<Measured>, String> {
-    let tank = WaveTank { length: 0.3, depth: 0.05, layers: 20, scheme: Scheme::default() };
-    let rate = 0.7 * tank.frequency(1);
-    let shaking = Shaking { amplitude: 6e-3, rate, ramp: 4.0 * PI / rate };
-    let found = experiments::sloshing(tank, shaking, 5.0).map_err(said)?;
-    Ok(driven(&found).into())
-}
-
-/// Judged quantities of driven waves.
-fn driven(found: &Sloshing) -> [Measured; 5] {
-    [
-        ("", "largest wave at a wall, of spacings", found.height),
-        ("", "rms of the centre of mass over that of linear theory", found.amplitude),
-        ("", "rms error of the centre of mass over five periods", found.history),
-        ("", "rms error of the velocity in ten columns", found.velocity),
-        ("control: ", "rms error beside theory for 0.8 of the depth", found.shallower),
-    ]
-    .map(|(kind, what, value)| Measured::new(format!("{kind}{what}"), value))
 }

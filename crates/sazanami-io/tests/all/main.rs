@@ -1,0 +1,4 @@
+//! Files that the program writes and reads again.
+
+mod checkpoint;
+mod vtk;

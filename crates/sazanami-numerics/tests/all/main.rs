@@ -1,0 +1,7 @@
+//! Discretisation.
+
+mod linear;
+mod volume_fractions;
+
+#[global_allocator]
+static ALLOCATOR: sazanami_test_support::CountingAllocator = sazanami_test_support::CountingAllocator;

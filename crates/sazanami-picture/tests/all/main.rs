@@ -1,0 +1,4 @@
+//! Pictures.
+
+mod painter;
+mod raindrop;

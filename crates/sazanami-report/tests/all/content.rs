@@ -1,0 +1,90 @@
+//! Contents of reports, and refusals.
+
+use std::fs;
+
+use crate::support::{BAD, results};
+
+#[test]
+fn a_report_holds_all_it_shows_and_takes_no_text_for_markup() {
+    let folder = tempfile::tempdir().unwrap();
+    results(folder.path(), 8, 2, [4, 4, 4]);
+    let path = sazanami_report::of_run(folder.path()).unwrap();
+    assert_eq!(path, folder.path().join("report.html"));
+    let page = fs::read_to_string(path).unwrap();
+    for expected in [
+        "68.75 ± 12.02 mm³",
+        "The momentum is not kept",
+        "The volume of the liquid is kept to round-off",
+        "fluid.cfl",
+        "swept in a pass",
+        "0.45",
+        "sazanami run case.toml --threads 1 --ranks 1",
+        "state hash abcdef",
+        "2026-01-01T00:01:05Z",
+        "default-src 'none'",
+    ] {
+        assert!(page.contains(expected), "{expected}");
+    }
+    // Everything from outside is text: in the title, the machine, a warning and the case.
+    assert!(!page.contains(BAD) && !page.contains("<img src=x"));
+    assert!(page.matches("&lt;/script&gt;&lt;script&gt;").count() >= 4);
+    // Nothing is loaded from anywhere.
+    for from in ["src=\"http", "href=\"http", "url(http", "@import"] {
+        assert!(!page.contains(from), "{from}");
+    }
+}
+
+#[test]
+fn several_runs_are_compared_where_they_differ() {
+    let [a, b, out] = std::array::from_fn(|_| tempfile::tempdir().unwrap());
+    results(a.path(), 8, 1, [4, 4, 4]);
+    results(b.path(), 8, 1, [4, 4, 4]);
+    let case = fs::read_to_string(b.path().join("case.toml")).unwrap();
+    fs::write(b.path().join("case.toml"), case.replace("cfl = 0.3", "cfl = 0.4")).unwrap();
+    let folders = [a.path().to_owned(), b.path().to_owned()];
+    let page = fs::read_to_string(sazanami_report::comparison(&folders, out.path()).unwrap()).unwrap();
+    assert!(page.contains("Erosion volume V against fluid.cfl"), "no chart against the key that differs");
+    assert!(!page.contains("against fluid.vof") && page.contains("crater depth"));
+    // The negative control: equal cases have no such chart.
+    let page =
+        fs::read_to_string(sazanami_report::comparison(&[folders[0].clone(), folders[0].clone()], out.path()).unwrap());
+    assert!(!page.unwrap().contains("Erosion volume V against"));
+}
+
+#[test]
+fn damaged_files_are_refused_with_their_names() {
+    let folder = tempfile::tempdir().unwrap();
+    results(folder.path(), 50, 2, [4, 4, 4]);
+    for name in
+        ["grains/grains-000000001.vtp", "fields/fields-000000000.vti", "grains/shape-0.vtp", "grains.pvd", "series.csv"]
+    {
+        let path = folder.path().join(name);
+        let whole = fs::read(&path).unwrap();
+        fs::write(&path, &whole[..whole.len() - 20]).unwrap();
+        let error = sazanami_report::of_run(folder.path()).unwrap_err();
+        assert_eq!(error.exit_code(), 2, "{name}: {error}");
+        let text = error.to_string();
+        assert!(text.contains(name) && text.contains("help: the results are damaged"), "{text}");
+        fs::write(&path, &whole).unwrap();
+    }
+    assert!(sazanami_report::of_run(folder.path()).is_ok());
+}
+
+/// The bed of Yagyu et al. (2015) on their grid at twenty times.
+#[test]
+fn a_bed_of_30_900_grains_at_twenty_times_takes_at_most_30_megabytes() {
+    let folder = tempfile::tempdir().unwrap();
+    results(folder.path(), 30_900, 20, [88, 92, 66]);
+    let page = fs::read_to_string(sazanami_report::of_run(folder.path()).unwrap()).unwrap();
+    println!("{:.1} MB", 1e-6 * page.len() as f64);
+    assert!(page.len() <= 30_000_000, "{} bytes", page.len());
+    assert!(!page.contains("times are shown"), "something was left out");
+}
+
+#[test]
+fn what_does_not_fit_is_left_out_and_said() {
+    let folder = tempfile::tempdir().unwrap();
+    results(folder.path(), 2, 103, [2, 2, 2]);
+    let page = fs::read_to_string(sazanami_report::of_run(folder.path()).unwrap()).unwrap();
+    assert!(page.contains("52 of 103 times are shown."));
+}

@@ -1,0 +1,5 @@
+//! Reports.
+
+mod browser;
+mod content;
+mod support;

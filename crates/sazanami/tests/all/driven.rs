@@ -1,0 +1,403 @@
+//! Flows that a body force drives through periodic sides, by both solvers: the force that holds a mean velocity is the friction.
+
+use std::path::Path;
+
+use crate::support::{Left, On, Scratch, findings, go_on, load, start};
+use sazanami_numerics::Real;
+
+/// A viscous liquid between two plates 4 mm apart, at a mean velocity of 10 mm/s along x1.
+const PLATES: &str = r#"
+gravity = "0 m/s^2"
+[domain]
+size = ["4 mm", "4 mm", "4 mm"]
+cells = [4, 4, 16]
+[boundary]
+x1 = "periodic"
+x2 = "periodic"
+[drive]
+mean_velocity = ["10 mm/s", "0 m/s", "0 m/s"]
+answer = "5 ms"
+[fluid]
+dt_max = "0.1 ms"
+[fluid.liquid]
+density = "1000 kg/m^3"
+kinematic_viscosity = "1e-4 m^2/s"
+[[liquid]]
+region.box = { lower = ["0 mm", "0 mm", "0 mm"], upper = ["4 mm", "4 mm", "4 mm"] }
+[particles]
+spacing = "0.5 mm"
+dt_max = "0.1 ms"
+[output]
+figures = { at = [] }
+fields = { at = [] }
+series = { every = "1 ms" }
+[run]
+until = "0.3 s"
+"#;
+
+/// A grain in that liquid, before its particles.
+const GRAIN: &str = r#"
+[material.sand]
+density = "2500 kg/m^3"
+[contact.default]
+[[grains]]
+shape.sphere = { diameter = "1 mm" }
+placement.list = [{ position = ["2 mm", "2 mm", "2 mm"] }]
+[particles]"#;
+
+fn left(folder: &Path, overrides: &[&str], steps: Option<u64>) -> Left {
+    start(&load(PLATES, overrides), folder, On { steps, ..On::threads(1) }).unwrap_or_else(|error| panic!("{error}"));
+    Left::in_folder(folder)
+}
+
+/// The last value of a column.
+fn last(left: &Left, column: &str) -> Real {
+    *left.column(column).last().expect("the series has rows")
+}
+
+/// The mean of the last third of a column: the force on moving particles fluctuates by a per cent.
+fn late_mean(left: &Left, column: &str) -> Real {
+    let all = left.column(column);
+    let late = &all[all.len() - all.len() / 3..];
+    late.iter().sum::<Real>() / late.len() as Real
+}
+
+#[test]
+fn the_force_between_plates_is_that_of_poiseuille() {
+    let scratch = Scratch::new("plates");
+    for (solver, tolerance, until) in [("mics", 1e-3, "0.3 s"), ("mps", 0.06, "0.12 s")] {
+        let (word, until) = (format!("solver={solver}"), format!("run.until={until}"));
+        let expected = |nu: Real| {
+            // 12 nu U / h^2. On 16 cells the second-order differences give 2/16^2 more velocity.
+            let exact = 12.0 * nu * 0.01 / 16e-6;
+            if solver == "mics" { exact / (1.0 + 2.0 / 256.0) } else { exact }
+        };
+        let flow = left(&scratch.join(solver), &[&word, &until], None);
+        let (speed, force) = (last(&flow, "mean_velocity_1"), late_mean(&flow, "driving_acceleration_1"));
+        assert!((speed / 0.01 - 1.0).abs() < 1e-3, "{solver}: {speed}");
+        assert!((force / expected(1e-4) - 1.0).abs() < tolerance, "{solver}: {force} for {}", expected(1e-4));
+        assert_eq!((last(&flow, "driving_acceleration_2"), last(&flow, "driving_acceleration_3")), (0.0, 0.0));
+        let stress = last(&flow, "driving_stress_1");
+        let over_plates = 1000.0 * 4e-3 * last(&flow, "driving_acceleration_1");
+        assert!((stress / over_plates - 1.0).abs() < 1e-9, "{solver}: {stress}");
+        // The force stands in the momentum budget, which closes.
+        let residual = flow.summary["conservation"]["momentum_residual_relative"].as_f64().expect("a number");
+        assert!(residual < 0.01, "{solver}: {residual}");
+        // Negative control: half the viscosity takes half the force, and without a velocity to be held nothing moves.
+        let thin = left(
+            &scratch.join(&format!("{solver}-thin")),
+            &[&word, &until, "fluid.liquid.kinematic_viscosity=5e-5 m^2/s"],
+            None,
+        );
+        let force = late_mean(&thin, "driving_acceleration_1");
+        assert!((force / expected(5e-5) - 1.0).abs() < tolerance, "{solver}: {force} for {}", expected(5e-5));
+        let still = left(
+            &scratch.join(&format!("{solver}-still")),
+            &[&word, "drive={ acceleration = [\"0 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"] }"],
+            Some(20),
+        );
+        assert!(!still.series.columns.iter().any(|column| column == "mean_velocity_1"));
+        assert!(last(&still, "kinetic_energy_fluid") < 1e-20);
+    }
+}
+
+#[test]
+fn a_constant_force_begins_with_the_run() {
+    let scratch = Scratch::new("pushed");
+    for solver in ["mics", "mps"] {
+        let word = format!("solver={solver}");
+        let pushed = "drive={ acceleration = [\"3 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"] }";
+        let free = "boundary.x3=periodic";
+        let flow = left(&scratch.join(solver), &[&word, pushed, free, "run.until=10 ms"], None);
+        // Nothing holds the liquid: it moves at 30 mm/s.
+        let (mass, speed): (Real, Real) = (1000.0 * 64e-9, 3.0 * 0.01);
+        let energy = last(&flow, "kinetic_energy_fluid");
+        assert!((energy / (0.5 * mass * speed * speed) - 1.0).abs() < 1e-6, "{solver}: {energy}");
+    }
+}
+
+#[test]
+fn an_oscillating_force_swings_free_water_without_a_mean_velocity() {
+    let scratch = Scratch::new("swung");
+    for solver in ["mics", "mps"] {
+        let word = format!("solver={solver}");
+        let energies = |name: &str, phase: &str| {
+            let drive = format!(
+                "drive={{ oscillation = {{ amplitude = [\"3 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"], frequency = \"25 Hz\", phase = \"{phase}\" }} }}"
+            );
+            let folder = scratch.join(&format!("{solver}-{name}"));
+            let flow = left(&folder, &[&word, &drive, "boundary.x3=periodic", "run.until=20 ms"], None);
+            let energy = flow.column("kinetic_energy_fluid");
+            [energy[energy.len() / 2], energy[energy.len() - 1]]
+        };
+        // The speed is `a/omega sin(omega t)`: largest after 10 ms, nothing after 20 ms.
+        let (mass, speed): (Real, Real) = (1000.0 * 64e-9, 3.0 / (std::f64::consts::TAU * 25.0));
+        let largest = 0.5 * mass * speed * speed;
+        let [half, whole] = energies("even", "90 deg");
+        assert!((half / largest - 1.0).abs() < 1e-4 && whole < 1e-7 * largest, "{solver}: {half} {whole} {largest}");
+        // Negative control: begun at its zero the force leaves a mean velocity, twice the amplitude after half a period.
+        let [_, whole] = energies("uneven", "0 deg");
+        assert!((whole / (4.0 * largest) - 1.0).abs() < 1e-3, "{solver}: {whole}");
+    }
+}
+
+#[test]
+fn a_gradient_of_pressure_acts_on_grains_by_the_water_that_they_displace() {
+    let scratch = Scratch::new("by-volume");
+    let text = PLATES.replace("[particles]", GRAIN);
+    let ran = |name: &str, drive: &str| {
+        let folder = scratch.join(name);
+        let nu = "fluid.liquid.kinematic_viscosity=1e-6 m^2/s";
+        let overrides =
+            ["solver=mps", drive, nu, "boundary.x3=periodic", "run.until=5 ms", "output.series={ steps = 1 }"];
+        start(&load(&text, &overrides), &folder, On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
+        Left::in_folder(&folder)
+    };
+    let momentum = |name: &str, acts_by: &str| {
+        let drive =
+            format!("drive={{ acceleration = [\"3 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"], acts_by = \"{acts_by}\" }}");
+        let flow = ran(name, &drive);
+        let residual = flow.summary["conservation"]["momentum_residual_relative"].as_f64().expect("a number");
+        // Viscosity and pressure do not quite cancel where the void fraction varies.
+        assert!(residual < 2e-4, "{acts_by}: {residual}");
+        last(&flow, "momentum_1")
+    };
+    // Drag and pressure act between water and grain; what both gain comes from outside.
+    let volume = std::f64::consts::PI / 6.0 * 1e-9;
+    let [by_mass, by_volume] = ["mass", "volume"].map(|by| momentum(by, by));
+    let expected = 1500.0 * volume * 3.0 * 5e-3;
+    assert!(((by_mass - by_volume) / expected - 1.0).abs() < 0.02, "{by_mass} {by_volume} {expected}");
+    // A held mean velocity likewise: by its force, step for step.
+    let whole = by_mass / (3.0 * 5e-3);
+    for (acts_by, other) in [("volume", false), ("mass", true)] {
+        let flow = ran(
+            &format!("held-{acts_by}"),
+            &format!(
+                "drive={{ mean_velocity = [\"5 cm/s\", \"0 m/s\", \"0 m/s\"], answer = \"1 ms\", acts_by = \"{acts_by}\" }}"
+            ),
+        );
+        let pairs = flow.column("driving_acceleration_1").into_iter().zip(flow.column("dt")).skip(1);
+        let impulse = pairs.map(|(a, dt)| a * dt).sum::<Real>() * (whole - 1500.0 * volume);
+        let off = last(&flow, "momentum_1") / impulse - 1.0;
+        // Negative control: by mass it is more by what the grain is heavier, 1.2 % of all.
+        assert_eq!(off.abs() > 3e-3, other, "{acts_by}: {off}");
+    }
+}
+
+#[test]
+fn a_restart_goes_on_with_the_force_as_it_was() {
+    let scratch = Scratch::new("driven-restart");
+    for solver in ["mics", "mps"] {
+        let word = format!("solver={solver}");
+        let whole = left(&scratch.join(&format!("{solver}-whole")), &[&word], Some(20));
+        let folder = scratch.join(&format!("{solver}-parts"));
+        left(&folder, &[&word], Some(8));
+        go_on(&folder, On::threads(2).steps(12)).0.expect("the run goes on");
+        let parts = Left::in_folder(&folder);
+        assert_eq!(whole.hash(), parts.hash(), "{solver}");
+        assert_eq!(whole.series, parts.series, "{solver}");
+        assert!(last(&whole, "driving_acceleration_1") != 0.0);
+    }
+}
+
+#[test]
+fn ranks_hold_the_same_flow_and_let_the_same_grain_go() {
+    let scratch = Scratch::new("driven-ranks");
+    let text = PLATES.replace("[particles]", GRAIN);
+    for solver in ["mics", "mps"] {
+        let word = format!("solver={solver}");
+        let wide = ["domain.size=[\"16 mm\", \"4 mm\", \"4 mm\"]", "domain.cells=[16, 4, 16]"];
+        let water = "liquid.0.region.box.upper=[\"16 mm\", \"4 mm\", \"4 mm\"]";
+        let inside = "liquid.0.allow_touching_grains=true";
+        let exact = if solver == "mps" { "particles.tolerance=1e-12" } else { "fluid.tol_div=1e-10" };
+        let release = "grains.0.release=0.5 ms";
+        let case = |more: &str| load(&text, &[&word, wide[0], wide[1], water, inside, exact, release, more]);
+        let run = |name: &str, on: On, more: &str| {
+            let folder = scratch.join(&format!("{solver}-{name}"));
+            start(&case(more), &folder, on.steps(15)).unwrap_or_else(|error| panic!("{error}"));
+            Left::in_folder(&folder)
+        };
+        let answer = "drive.answer=5 ms";
+        let alone = run("alone", On::threads(1), answer);
+        let [two, threads] = [run("two", On::ranks(2, 1), answer), run("threads", On::ranks(2, 2), answer)];
+        assert_eq!(two.hash(), threads.hash(), "{solver}");
+        let difference = |other: &Left| {
+            let of = |column: &str| {
+                let pairs = alone.column(column).into_iter().zip(other.column(column)).skip(1);
+                pairs.map(|(a, b)| (a - b).abs() / a.abs()).fold(0.0, Real::max)
+            };
+            of("driving_acceleration_1").max(of("mean_velocity_1"))
+        };
+        assert!(difference(&two) < 1e-6, "{solver}: {}", difference(&two));
+        let speed = last(&alone, "largest_grain_speed");
+        assert!(speed > 0.0 && (last(&two, "largest_grain_speed") / speed - 1.0).abs() < 1e-6, "{solver}: {speed}");
+        // Negative control: another time of the answer is seen.
+        let other = run("other", On::threads(1), "drive.answer=5.1 ms");
+        assert!(difference(&other) > 1e-3, "{solver}: {}", difference(&other));
+    }
+}
+
+/// A simple cubic lattice of fixed spheres in a box that is periodic all round, and a liquid that is driven through it.
+const LATTICE: &str = r#"
+gravity = "0 m/s^2"
+[boundary]
+all = "periodic"
+[fluid]
+dt_max = "0.5 ms"
+[fluid.liquid]
+density = "1000 kg/m^3"
+kinematic_viscosity = "1e-5 m^2/s"
+[material.glass]
+density = "2500 kg/m^3"
+[contact.default]
+[output]
+figures = { at = [] }
+fields = { at = [] }
+series = { every = "1 ms" }
+"#;
+
+#[test]
+fn a_periodic_lattice_of_fixed_spheres_resists_as_ergun_says_with_moving_particles() {
+    let scratch = Scratch::new("lattice-mps");
+    // 512 spheres of 1 mm, 1.1 mm apart: a solid fraction of 0.393.
+    let text = format!(
+        "{LATTICE}{}",
+        r#"
+[domain]
+size = ["8.8 mm", "8.8 mm", "8.8 mm"]
+[particles]
+spacing = "1.1 mm"
+dt_max = "1 ms"
+[[liquid]]
+region.box = { lower = ["0 mm", "0 mm", "0 mm"], upper = ["8.8 mm", "8.8 mm", "8.8 mm"] }
+[[grains]]
+shape.sphere = { diameter = "1 mm" }
+motion = "fixed"
+placement.lattice = { counts = [8, 8, 8] }
+[run]
+until = "0.1 s"
+"#
+    );
+    let (solid, speed, d, nu): (Real, Real, Real, Real) =
+        (std::f64::consts::PI / 6.0 / 1.1_f64.powi(3), 0.02, 1e-3, 1e-5);
+    let void = 1.0 - solid;
+    // Ergun (1952): gradient of the pressure over the density at the superficial velocity.
+    let ergun = |speed: Real| {
+        let superficial = void * speed;
+        150.0 * nu * (solid / d).powi(2) / void.powi(3) * superficial
+            + 1.75 * solid / (void.powi(3) * d) * superficial.powi(2)
+    };
+    let found = |name: &str, more: &[&str]| {
+        let folder = scratch.join(name);
+        let overrides: Vec<&str> = [&["solver=mps"][..], more].concat();
+        start(&load(&text, &overrides), &folder, On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
+        Left::in_folder(&folder)
+    };
+    let mut forces = Vec::new();
+    for (name, velocity) in
+        [("along", "[\"2 cm/s\", \"0 m/s\", \"0 m/s\"]"), ("up", "[\"0 m/s\", \"0 m/s\", \"2 cm/s\"]")]
+    {
+        let flow = found(name, &[&format!("drive={{ mean_velocity = {velocity}, answer = \"5 ms\" }}")]);
+        let force = last(&flow, if name == "up" { "driving_acceleration_3" } else { "driving_acceleration_1" });
+        assert!((force / ergun(speed) - 1.0).abs() < 0.1, "{name}: {force} for {}", ergun(speed));
+        let residual = flow.summary["conservation"]["momentum_residual_relative"].as_f64().expect("a number");
+        assert!(residual < 1e-3, "{name}: {residual}");
+        forces.push(force);
+    }
+    // The particles of water are in disorder.
+    assert!((forces[0] / forces[1] - 1.0).abs() < 0.01, "{forces:?}");
+    // Negative control: spheres that are a tenth smaller resist less.
+    let drive = "drive={ mean_velocity = [\"2 cm/s\", \"0 m/s\", \"0 m/s\"], answer = \"5 ms\" }";
+    let smaller = found("smaller", &[drive, "grains.0.shape.sphere={ diameter = \"0.9 mm\" }"]);
+    assert!(last(&smaller, "driving_acceleration_1") < 0.8 * forces[0]);
+    // Free grains would fall without end under gravity, but not where nothing pulls them.
+    let titles = |more: &[&str]| findings(&text, &[&["solver=mps"], more].concat());
+    let free = "grains.0.motion=free";
+    assert!(titles(&[free]).is_empty());
+    assert!(titles(&[free, "gravity=9.81 m/s^2"])[0].contains("everything falls along x3 without end"));
+    assert!(titles(&["gravity=9.81 m/s^2"]).is_empty());
+}
+
+#[test]
+fn flows_that_cannot_be_driven_are_refused() {
+    let velocity = |x3: &str| format!("drive.mean_velocity=[\"10 mm/s\", \"0 m/s\", \"{x3}\"]");
+    for (change, words) in [
+        (velocity("1 mm/s"), "goes through the sides of x3"),
+        ("boundary.x1=no_slip".to_owned(), "goes through the sides of x1"),
+        ("drive.above=4 mm".to_owned(), "`above` lies outside the box"),
+        ("drive.answer=0.3 ms".to_owned(), "shorter than four steps"),
+        ("drive={}".to_owned(), "mean_velocity"),
+    ] {
+        for solver in ["solver=mics", "solver=mps"] {
+            let found = findings(PLATES, &[&change, solver]);
+            assert!(found.len() == 1 && found[0].contains(words), "{change}, {solver}: {found:#?}");
+        }
+    }
+    assert!(findings(PLATES, &[&velocity("0 m/s")]).is_empty());
+    let empty = "liquid.0.region.box.upper=[\"4 mm\", \"4 mm\", \"2 mm\"]";
+    let found = findings(PLATES, &[empty, "drive.above=3 mm"]);
+    assert!(found.len() == 1 && found[0].contains("there is no water above `above`"), "{found:#?}");
+    // A gradient of pressure acts on grains that water overlaps, along periodic sides.
+    let by_volume = "drive.acts_by=volume";
+    let upwards = "drive.acceleration=[\"0 m/s^2\", \"0 m/s^2\", \"1 m/s^2\"]";
+    let found = findings(PLATES, &["solver=mps", by_volume, upwards]);
+    assert!(found.len() == 1 && found[0].contains("a gradient of pressure along x3 does nothing"), "{found:#?}");
+    for solver in ["solver=mps", "solver=mics"] {
+        assert!(findings(PLATES, &[solver, by_volume]).is_empty());
+    }
+}
+
+/// A bead in hardly any gas in a box that is shaken: it stays where it is, so that in the box it swings.
+const SHAKEN: &str = r#"
+gravity = "0 m/s^2"
+[domain]
+size = ["0.4 m", "0.4 m", "0.4 m"]
+cells = [8, 8, 8]
+[boundary]
+all = "slip"
+[fluid]
+viscosity = "off"
+gas = { density = "1e-9 kg/m^3", kinematic_viscosity = "0 m^2/s" }
+[frame]
+oscillation = { amplitude = ["200 m/s^2", "0 m/s^2", "0 m/s^2"], frequency = "1000 Hz" }
+[material.glass]
+density = "2500 kg/m^3"
+[[grains]]
+name = "bead"
+shape.sphere = { diameter = "50 mm" }
+material = "glass"
+placement.list = [{ position = ["0.2 m", "0.2 m", "0.2 m"] }]
+[[probe]]
+name = "bead"
+body = { population = "bead", index = 0 }
+steps = 1
+[output]
+figures = { at = [] }
+fields = { at = [] }
+grains = { at = [] }
+[run]
+until = "4 ms"
+"#;
+
+#[test]
+fn steps_follow_what_shakes_the_box() {
+    let scratch = Scratch::new("shaken");
+    // In the frame of the box the bead's velocity is -(a/w) (1 - cos w t): its mean takes it along, its swing is a/w^2.
+    let [amplitude, turn]: [Real; 2] = [200.0, 2.0 * std::f64::consts::PI * 1000.0];
+    let off = |name: &str, overrides: &[&str]| {
+        let folder = scratch.join(name);
+        start(&load(SHAKEN, overrides), &folder, On::threads(1)).unwrap();
+        let left = Left::in_folder(&folder);
+        let probe = sazanami::analyse::Table::read(&folder.join("probes/bead.csv")).unwrap().unwrap();
+        let (times, speeds) = (probe.column("time"), probe.column("velocity_1"));
+        let exact = |time: Real| -amplitude / turn * (1.0 - (turn * time).cos());
+        let worst = times.iter().zip(&speeds).map(|(&time, &speed)| (speed - exact(time)).abs()).fold(0.0, Real::max);
+        (worst / (amplitude / turn), left.summary["limiter"].clone())
+    };
+    let (error, limiter) = off("follows", &[]);
+    assert!(error < 0.01, "{error}");
+    assert!(limiter["swing"].as_u64().is_some_and(|steps| steps > 100), "{limiter}");
+    // Negative control: with ten steps a period the swing is another.
+    let (error, _) = off("fixed", &["fluid.dt=\"0.1 ms\""]);
+    assert!(error > 0.02, "{error}");
+}

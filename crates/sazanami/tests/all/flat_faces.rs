@@ -1,0 +1,239 @@
+//! Bodies with flat faces, made of many contact spheres that touch at once: they rest, stand on each other and slide as they should,
+//! and sub-steps that are too long for them are said.
+
+use std::path::Path;
+
+use crate::support::{Left, On, Scratch, load, start};
+use sazanami::check::{CostModel, Known, SubstepCause, check, explain};
+use sazanami::error::exit;
+use sazanami::machine::Machine;
+use sazanami_numerics::Real;
+
+/// A brick of 51 g half a millimetre above the floor of a box of air.
+const BRICK: &str = r#"
+gravity = "9.81 m/s^2"
+[domain]
+size = ["0.1 m", "0.1 m", "0.1 m"]
+cells = [8, 8, 8]
+[boundary]
+all = "slip"
+[material.rock]
+density = "1900 kg/m^3"
+[contact.default]
+normal_stiffness = "1e5 N/m"
+restitution = 0.4
+friction = 0.5
+[[grains]]
+name = "block"
+shape.box = { size = ["30 mm", "30 mm", "30 mm"] }
+contact_spheres = "shell(98)"
+material = "rock"
+placement.list = [{ position = ["50 mm", "50 mm", "15.5 mm"] }]
+[[probe]]
+name = "block"
+body = { population = "block", index = 0 }
+every = "1 ms"
+[output]
+fields = { at = [] }
+figures = { at = [] }
+[run]
+until = "50 ms"
+"#;
+
+/// A heavy box a tenth of a millimetre above a floor.
+const HEAVY: [&str; 7] = [
+    "domain.size=[\"0.3 m\", \"0.3 m\", \"0.3 m\"]",
+    "material.rock.density=2600 kg/m^3",
+    "contact.default.restitution=0.3",
+    "contact.default.friction=0.3",
+    "grains.0.shape.box.size=[\"0.12 m\", \"0.12 m\", \"60 mm\"]",
+    "grains.0.contact_spheres=shell(400)",
+    "grains.0.placement.list.0.position=[\"0.15 m\", \"0.15 m\", \"30.1 mm\"]",
+];
+
+fn ran(folder: &Path, text: &str, overrides: &[&str]) -> Left {
+    start(&load(text, overrides), folder, On::threads(1)).unwrap_or_else(|error| panic!("{overrides:?}: {error}"));
+    Left::in_folder(folder)
+}
+
+/// Time, height and speed of the first grain, as its probe has them \[s, m, m/s].
+fn motion(left: &Left) -> Vec<[Real; 3]> {
+    let columns =
+        ["time", "position_3", "velocity_1", "velocity_2", "velocity_3"].map(|name| left.probes[0].1.column(name));
+    let row = |n: usize| columns.each_ref().map(|column| column[n]);
+    let rows = (0..columns[0].len()).map(row);
+    rows.map(|[time, height, u, v, w]| [time, height, u.hypot(v).hypot(w)]).collect()
+}
+
+/// Centres of the grains at the end \[m], and their largest speed [m/s].
+fn end(left: &Left) -> (Vec<[Real; 3]>, Real) {
+    let reals = |name: &str| left.state.reals(&format!("grains/grain.{name}")).expect("the state has it");
+    let triples = |values: &[Real]| values.as_chunks().0.to_vec();
+    let speeds = triples(reals("velocity")).into_iter().map(|[u, v, w]| u.hypot(v).hypot(w));
+    (triples(reals("position")), speeds.fold(0.0, Real::max))
+}
+
+#[test]
+fn a_heavy_box_rests_on_its_face() {
+    let scratch = Scratch::new("faces-heavy");
+    let motion = motion(&ran(scratch.path(), BRICK, &HEAVY));
+    let [_, height, speed] = motion[motion.len() - 1];
+    assert!((height - 30e-3).abs() < 1e-5 && speed < 1e-5, "{height} m, {speed} m/s");
+    assert!(motion.iter().all(|row| row[1] <= 30.1e-3), "{motion:?}");
+}
+
+#[test]
+fn a_brick_rests_whatever_its_spheres_and_their_damping() {
+    let scratch = Scratch::new("faces-brick");
+    for (count, restitution) in [(75, 0.1), (98, 0.4), (392, 0.1), (392, 0.9), (800, 0.4), (1000, 0.4)] {
+        let spheres = format!("grains.0.contact_spheres=shell({count})");
+        let damping = format!("contact.default.restitution={restitution}");
+        let left = ran(&scratch.join(&format!("{count}-{restitution}")), BRICK, &[&spheres, &damping]);
+        let late: Vec<_> = motion(&left).into_iter().filter(|row| row[0] > 39.5e-3).collect();
+        let highest = late.iter().map(|row| row[1]).fold(0.0, Real::max);
+        assert!((highest - 15e-3).abs() < 2e-5, "{count} spheres, restitution {restitution}: {highest} m");
+        assert!(late.iter().all(|row| row[2] < 2e-3), "{count} spheres, restitution {restitution}: {late:?}");
+        // It fell half a millimetre; the air took next to nothing.
+        let work = left.summary["corrections"]["contact_work"].as_f64().expect("the run books it");
+        assert!((work / (1900.0 * 27e-6 * 9.81 * 0.5e-3) + 1.0).abs() < 0.02, "{work} J");
+    }
+}
+
+/// Negative control: sub-steps that suit one contact and not a hundred drive the box, and the run says so.
+#[test]
+fn too_few_sub_steps_for_a_face_end_the_run() {
+    let scratch = Scratch::new("faces-driven");
+    for substeps in [4, 20] {
+        let count = format!("dem.substeps={substeps}");
+        let overrides = [&HEAVY[..], &["fluid.dt=1 ms", &count, "run.until=0.2 s"]].concat();
+        let folder = scratch.join(&substeps.to_string());
+        let error = start(&load(BRICK, &overrides), &folder, On::threads(1)).expect_err("contacts drive the box");
+        assert_eq!(error.exit_code(), exit::FAILED);
+        let text = error.to_string();
+        assert!(text.contains("contacts gave") && text.contains("grain 0 of `block`"), "{text}");
+        let summary = crate::support::summary(&folder);
+        assert_eq!(summary["failure"]["kind"], "energy_gained");
+        assert!(summary["failure"]["time"].as_f64().is_some_and(|time| time > 0.0 && time < 0.15), "{summary}");
+    }
+    // With as many as the faces ask for it rests.
+    let overrides = [&HEAVY[..], &["fluid.dt=1 ms", "dem.substeps=110"]].concat();
+    assert!(end(&ran(&scratch.join("enough"), BRICK, &overrides)).1 < 1e-5);
+}
+
+#[test]
+fn a_block_on_a_slope_sticks_and_slides_by_its_friction() {
+    let scratch = Scratch::new("faces-slope");
+    let critical = 0.5_f64.atan().to_degrees();
+    for degrees in [20.0, critical, 30.0, 40.0] {
+        let (sine, cosine) = Real::to_radians(degrees).sin_cos();
+        let gravity = format!("gravity=[\"{} m/s^2\", \"0 m/s^2\", \"{} m/s^2\"]", 9.81 * sine, -9.81 * cosine);
+        let place = "grains.0.placement.list.0.position=[\"30 mm\", \"50 mm\", \"15.02 mm\"]";
+        let left = ran(&scratch.join(&format!("{degrees:.0}")), BRICK, &[&gravity, place, "run.until=0.12 s"]);
+        let motion = motion(&left);
+        let at = |time: Real| motion.iter().find(|row| row[0] > time - 1e-6).expect("the probe saw it")[2];
+        let found = (at(0.12) - at(0.02)) / 0.1;
+        let expected = 9.81 * (sine - 0.5 * cosine).max(0.0);
+        assert!((found - expected).abs() < 0.02 * expected.max(0.5), "{degrees} degrees: {found}, not {expected}");
+    }
+}
+
+/// Four rows of blocks on each other, half a block aside from row to row.
+fn wall() -> String {
+    let rows = 4;
+    let block = |row: usize, n: usize| {
+        let x = 150.0 + (n as Real - 0.5 * (rows - row - 1) as Real) * 60.02;
+        format!("{{ position = [\"{x} mm\", \"50 mm\", \"{} mm\"] }}", 15.01 + 30.01 * row as Real)
+    };
+    let all = (0..rows).flat_map(|row| (0..rows - row).map(move |n| block(row, n)));
+    format!("grains.0.placement.list=[{}]", all.collect::<Vec<_>>().join(", "))
+}
+
+#[test]
+fn a_wall_of_blocks_stands() {
+    let scratch = Scratch::new("faces-wall");
+    let wall = wall();
+    let shape = "grains.0.shape.box.size=[\"60 mm\", \"30 mm\", \"30 mm\"]";
+    let size = "domain.size=[\"0.3 m\", \"0.1 m\", \"0.2 m\"]";
+    for restitution in ["contact.default.restitution=0.2", "contact.default.restitution=0.8"] {
+        let overrides = [&wall, shape, size, restitution, "grains.0.contact_spheres=shell(200)", "run.until=0.15 s"];
+        let left = ran(&scratch.join(restitution), BRICK, &overrides);
+        let (places, fastest) = end(&left);
+        assert!(fastest < 1e-2, "{restitution}: {fastest} m/s");
+        for (n, [x, y, z]) in places.iter().enumerate() {
+            let (row, at) = [(0, n), (1, n.wrapping_sub(4)), (2, n.wrapping_sub(7)), (3, n.wrapping_sub(9))]
+                .into_iter()
+                .find(|(row, at)| *at < 4 - row)
+                .expect("ten blocks");
+            let home = 0.15 + (at as Real - 0.5 * (3 - row) as Real) * 0.06002;
+            let away = (x - home).hypot(y - 0.05).hypot(z - 0.015 - 0.03 * row as Real);
+            assert!(away < 5e-4, "{restitution}: block {n} is {away} m from its place");
+        }
+    }
+}
+
+/// Two slabs that lean on each other at 60 degrees: an arch of three hinges, which stands on a friction of half the cotangent, 0.289.
+#[test]
+fn an_arch_stands_on_its_friction() {
+    let scratch = Scratch::new("faces-arch");
+    let (sine, cosine) = 60.0_f64.to_radians().sin_cos();
+    let (length, thick) = (0.12, 0.024);
+    let (up, aside) = (0.5 * (length * sine + thick * cosine), 0.5 * (length * cosine + thick * sine));
+    let slab = |side: Real| {
+        let position = format!("[\"{} m\", \"0.05 m\", \"{} m\"]", 0.15 + side * (aside + 2e-5), up + 2e-5);
+        format!("{{ position = {position}, axis = [0, 1, 0], angle = \"{} deg\" }}", 60.0 * side)
+    };
+    let slabs = format!("grains.0.placement.list=[{}, {}]", slab(-1.0), slab(1.0));
+    let overrides = |friction: &'static str| {
+        [
+            &*slabs,
+            friction,
+            "grains.0.shape.box.size=[\"120 mm\", \"60 mm\", \"24 mm\"]",
+            "grains.0.contact_spheres=shell(300)",
+            "grains.0.sphere_radius=4 mm",
+            "domain.size=[\"0.3 m\", \"0.1 m\", \"0.2 m\"]",
+            "contact.default.restitution=0.5",
+            "run.until=0.25 s",
+        ]
+    };
+    let [stands, falls] = ["contact.default.friction=0.5", "contact.default.friction=0.2"]
+        .map(|friction| end(&ran(&scratch.join(friction), BRICK, &overrides(friction))));
+    assert!(stands.1 < 1e-3 && stands.0.iter().all(|place| place[2] > up - 4e-3), "{stands:?}");
+    // Negative control: less friction does not hold it.
+    assert!(falls.0.iter().all(|place| place[2] < up - 1e-2), "{falls:?}");
+}
+
+#[test]
+fn a_face_in_a_corner_takes_more_sub_steps_than_one_on_the_floor() {
+    let scratch = Scratch::new("faces-corner");
+    let gravity = "gravity=[\"-9.81 m/s^2\", \"-9.81 m/s^2\", \"-9.81 m/s^2\"]";
+    let place = "grains.0.placement.list.0.position=[\"15.01 mm\", \"15.01 mm\", \"15.01 mm\"]";
+    let (floor, corner) =
+        (ran(&scratch.join("floor"), BRICK, &[]), ran(&scratch.join("corner"), BRICK, &[gravity, place]));
+    let [floor, in_corner] = [&floor, &corner].map(|left| left.column("grain_substeps"));
+    let most = |of: &[Real]| of.iter().copied().filter(|n| n.is_finite()).fold(0.0, Real::max);
+    assert!(floor.iter().filter(|n| n.is_finite()).all(|&n| n == most(&floor)), "{floor:?}");
+    assert!(most(&in_corner) > most(&floor) && in_corner[1] == most(&floor), "{in_corner:?}");
+    assert!(end(&corner).1 < 1e-4);
+}
+
+#[test]
+fn check_says_what_faces_ask_for_and_what_their_bumps_add() {
+    let described = |overrides: &[&str]| {
+        let loaded = load(BRICK, overrides);
+        let report = check(&loaded.case, Known::default(), &Machine::this(), 1, &CostModel::default());
+        (explain(&loaded.case, &report), report)
+    };
+    let (text, report) = described(&["grains.0.contact_spheres=shell(392)"]);
+    assert_eq!(report.substep_cause, SubstepCause::Face);
+    let spheres = report.populations[0].face_spheres.expect("the shape is known");
+    assert!((60..100).contains(&spheres) && report.bumps.is_empty(), "{spheres} {:?}", report.bumps);
+    assert!(text.contains("touch a plane at once") && text.contains("so that a face comes to rest"), "{text}");
+    let (text, report) = described(&[&wall(), "domain.size=[\"0.3 m\", \"0.1 m\", \"0.2 m\"]"]);
+    assert!(report.bumps.len() == 1 && (0.005..0.1).contains(&report.bumps[0].friction), "{:?}", report.bumps);
+    assert!(text.contains("their spheres add"), "{text}");
+    // Negative control: balls have neither.
+    let (text, report) =
+        described(&["grains.0.shape={sphere={diameter=\"30 mm\"}}", "grains.0.contact_spheres=single"]);
+    assert_eq!((report.substep_cause, report.populations[0].face_spheres), (SubstepCause::Contact, Some(1)));
+    assert!(!text.contains("touch a plane at once") && report.bumps.is_empty(), "{text}");
+}

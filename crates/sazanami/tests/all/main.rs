@@ -1,0 +1,34 @@
+//! Runs of whole cases, and what is read, refused, kept and drawn of them.
+
+mod absurd_cases;
+mod analysis;
+mod bodies;
+mod bridges;
+mod carrying_flow;
+mod case_files;
+mod copies;
+mod driven;
+mod dry;
+mod economy;
+mod equivalence;
+mod examples;
+mod failures;
+mod feeding;
+mod flat_faces;
+mod gates;
+mod grain_files;
+mod held;
+mod moving_particles;
+mod open_sides;
+mod packing;
+mod predictions;
+mod reports;
+mod restart;
+mod shipped_bed;
+mod sides_observed;
+mod states;
+mod support;
+mod surface_tension;
+
+#[global_allocator]
+static ALLOCATOR: sazanami_test_support::CountingAllocator = sazanami_test_support::CountingAllocator;

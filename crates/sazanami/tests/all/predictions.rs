@@ -1,0 +1,344 @@
+//! Predictions of `check`, held against the run: its first step, and its steps where bodies speed up.
+
+use std::f64::consts::PI;
+use std::path::{Path, PathBuf};
+
+use sazanami::case::{self, LoadedCase};
+use sazanami::check::{self, CheckReport, CostModel, Known};
+use sazanami::machine::Machine;
+use sazanami::progress::StepLine;
+use sazanami::run;
+use sazanami::stop::Stop;
+use sazanami_dem::ContactStart;
+use sazanami_numerics::Real;
+
+use crate::support::{Listener, On, Scratch, load, start};
+
+fn predicted(loaded: &LoadedCase) -> CheckReport {
+    check::check(&loaded.case, Known::default(), &Machine::this(), 1, &CostModel::default())
+}
+
+/// The first step of a case.
+fn first_step(loaded: &LoadedCase, folder: &Scratch) -> StepLine {
+    let (stop, mut listener) = (Stop::new(), Listener::default());
+    let mut options = On::threads(2).steps(1).options(Some(&folder.join("run")));
+    options.force = true;
+    run::run(loaded, &options, &mut listener, &stop).unwrap_or_else(|error| panic!("{error}"));
+    *listener.lines.iter().find(|line| line.phase == "flow").expect("the flow has made a step")
+}
+
+/// The length of the step, its limit and the sub-steps of the grains in it.
+fn described(report: &CheckReport) -> (Real, &'static str, usize) {
+    let name = report.limits.iter().find(|limit| limit.rules).map_or("", |limit| limit.name);
+    (report.dt_s, name, report.substeps)
+}
+
+fn agree(report: &CheckReport, step: &StepLine) -> bool {
+    let (dt, limit, substeps) = described(report);
+    (step.dt / dt - 1.0).abs() < 1e-9 && step.limiter == limit && step.substeps == substeps
+}
+
+/// All files of cases below `folder`.
+fn cases_in(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).expect("cases are shipped").flatten().map(|entry| entry.path());
+    let (folders, files): (Vec<_>, Vec<_>) = entries.partition(|path| path.is_dir());
+    let mut cases: Vec<_> =
+        files.into_iter().filter(|path| path.extension().is_some_and(|ext| ext == "toml")).collect();
+    cases.extend(folders.iter().flat_map(|folder| cases_in(folder)));
+    cases.sort();
+    cases
+}
+
+#[test]
+fn the_first_step_of_shipped_cases_without_a_bed_is_that_of_check() {
+    let folder = Scratch::new("first-step");
+    let mut compared = Vec::new();
+    for path in cases_in(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases")) {
+        for solver in ["mics", "mps"] {
+            let quiet = ["fields", "grains", "figures"].map(|kind| format!("output.{kind}={{ at = [] }}"));
+            let overrides = [&quiet[..], &[format!("solver={solver}")]].concat();
+            // Few cases are of both solvers.
+            let Ok(loaded) = case::load(&path, &overrides) else { continue };
+            // Beds are packed first: too long for a test.
+            if loaded.case.has_bed() {
+                continue;
+            }
+            let (report, step) = (predicted(&loaded), first_step(&loaded, &folder));
+            let name = format!("{} {solver}", path.file_name().unwrap_or_default().display());
+            assert!(agree(&report, &step), "{name}: {:?}, not {step:?}", described(&report));
+            compared.push(name);
+        }
+    }
+    println!("{compared:?}");
+    assert!(compared.len() >= 5, "{compared:?}");
+}
+
+/// A grain in a box of water, on a grid.
+const BASE: &str = r#"
+solver = "mics"
+gravity = "9.81 m/s^2"
+[domain]
+size = ["6 mm", "6 mm", "6 mm"]
+cells = [12, 12, 12]
+[boundary]
+x1 = "periodic"
+x2 = "periodic"
+[dem]
+substeps = "auto"
+[material.sand]
+density = "2650 kg/m^3"
+[[liquid]]
+region.half_space = { point = ["0 mm", "0 mm", "6 mm"], normal = [0, 0, 1] }
+allow_touching_grains = true
+[[grains]]
+shape.sphere = { diameter = "1.5 mm" }
+placement.list = [{ position = ["3 mm", "3 mm", "3 mm"], velocity = ["0 m/s", "0 m/s", "0 m/s"] }]
+[output]
+fields = { at = [] }
+grains = { at = [] }
+figures = { at = [] }
+[run]
+until = "1 s"
+"#;
+
+/// The same under a surface and of moving particles.
+const PARTICLES: [&str; 8] = [
+    "solver=mps",
+    "domain.size=[\"8 mm\", \"8 mm\", \"12 mm\"]",
+    "domain.cells=[8, 8, 12]",
+    "particles.spacing=1 mm",
+    "contact.default.restitution=0.5",
+    "liquid.0.region={ box = { lower = [\"0 mm\", \"0 mm\", \"0 mm\"], upper = [\"8 mm\", \"8 mm\", \"8 mm\"] } }",
+    "grains.0.shape.sphere.diameter=1 mm",
+    "grains.0.placement.list.0.position=[\"4.1 mm\", \"4.2 mm\", \"6 mm\"]",
+];
+
+/// A case with values drawn by `random`: one of its limits rules the first step.
+fn random_case(number: usize, random: &mut impl FnMut() -> Real) -> LoadedCase {
+    let mut among = |low: Real, high: Real| low * (high / low).powf(random());
+    let speed = among(0.1, 2.0);
+    let on_grid = number.is_multiple_of(2);
+    let key = if on_grid { "fluid" } else { "particles" };
+    let mut overrides: Vec<String> = PARTICLES.iter().filter(|_| !on_grid).map(|text| (*text).to_owned()).collect();
+    overrides.extend([
+        format!("contact.default.normal_stiffness={:e} N/m", among(1e2, 1e5)),
+        format!("contact.default.tangential_stiffness={:e} N/m", among(1e2, 1e5)),
+        format!("material.sand.density={} kg/m^3", among(1500.0, 8000.0)),
+        format!("gravity={} m/s^2", among(1.0, 50.0)),
+    ]);
+    if number / 2 % 3 < 2 {
+        overrides.push(format!("{key}.dt_max={:e} s", among(1e-5, 1e-2)));
+    }
+    overrides.extend(match number / 2 % 3 {
+        0 => vec![format!(
+            "grains.0.placement.list.0.velocity=[\"{speed} m/s\", \"{} m/s\", \"0 m/s\"]",
+            among(0.1, 2.0)
+        )],
+        1 => vec![
+            format!(
+                "fluid.liquid={{ density = \"1000 kg/m^3\", kinematic_viscosity = \"{:e} m^2/s\" }}",
+                among(1e-5, 1e-2)
+            ),
+            if key == "fluid" { "fluid.viscosity=explicit".into() } else { "particles.courant=0.1".into() },
+        ],
+        _ => vec![format!("{key}.dt={:e} s", among(1e-5, 2e-4))],
+    });
+    load(BASE, &overrides.iter().map(String::as_str).collect::<Vec<_>>())
+}
+
+#[test]
+fn the_first_step_of_random_cases_is_that_of_check() {
+    let folder = Scratch::new("first-step-random");
+    let mut state = 2015_u64;
+    let mut random = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as Real / (1_u64 << 53) as Real
+    };
+    let mut told_apart = 0;
+    for number in 0..12 {
+        let loaded = random_case(number, &mut random);
+        let (report, step) = (predicted(&loaded), first_step(&loaded, &folder));
+        assert!(agree(&report, &step), "case {number}: {:?}, not {step:?}", described(&report));
+        // Negative control: a sphere that forces across the normal would not turn, of leverage 1 and not 3.5.
+        let mass = report.populations[0].mass_kg.expect("a sphere has a mass");
+        let [normal, tangential] = loaded.case.contacts[0].law.stiffness(0.0);
+        let contact =
+            ContactStart::default().substep_factors()[1] * PI * (mass / (2.0 * normal.max(tangential))).sqrt();
+        told_apart += usize::from((step.dt / contact).ceil() as usize != step.substeps);
+    }
+    assert!(told_apart >= 3, "{told_apart}");
+}
+
+/// Sub-steps are as long as the error that the case bears lets them be, and `check` says what error it gets.
+#[test]
+fn sub_steps_follow_the_allowed_error() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/raindrop/quick.toml");
+    let with = |overrides: &[&str]| {
+        let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
+        let loaded = case::load(&path, &overrides).unwrap_or_else(|error| panic!("{error}"));
+        let report = predicted(&loaded);
+        let errors = report.impact_errors.expect("grains move");
+        (check::explain(&loaded.case, &report), report.dt_s / report.substeps as Real, errors)
+    };
+    let [usual, fine, rough] = [&[][..], &["dem.allowed_error=0.001"], &["dem.allowed_error=0.05"]].map(&with);
+    let mean = |errors: &check::ImpactReport| errors.restitution.mean.max(errors.spin.mean);
+    assert!(mean(&usual.2) < 0.025 && mean(&fine.2) < 0.001 && mean(&rough.2) < 0.05, "{usual:?} {fine:?} {rough:?}");
+    assert!(usual.0.contains("error of an oblique impact of the lightest grains"), "{}", usual.0);
+    assert!(fine.1 < 0.8 * usual.1 && (1.3..1.7).contains(&(rough.1 / usual.1)), "{usual:?} {fine:?} {rough:?}");
+    // Damping, tension and contacts from the sub-step cost accuracy, and the error is that of the case.
+    let [damped, pulls] =
+        ["contact.\"sand/sand\".normal_damping=13e-3 N s/m", "dem.tension=true"].map(|change| with(&[change]).2);
+    assert!(damped.restitution.mean > 5.0 * usual.2.restitution.mean, "{damped:?} {usual:?}");
+    assert!(pulls.spin.mean > usual.2.spin.mean, "{pulls:?} {usual:?}");
+    // Negative control: contacts from the sub-step keep their old one, and their error.
+    assert!(with(&["dem.contact_start=sub_step"]).2.spin.mean > 0.025);
+}
+
+/// A liquid that fills a periodic box and moves, with a velocity on top; no grains.
+const MOVING: [&str; 8] = [
+    "gravity=0 m/s^2",
+    "grains=[]",
+    "domain.size=[\"6 mm\", \"5 mm\", \"4 mm\"]",
+    "domain.cells=[12, 10, 8]",
+    "boundary.x3=periodic",
+    "fluid.dt_max=10 s",
+    "liquid.0.region={ box = { lower = [\"0 mm\", \"0 mm\", \"0 mm\"], upper = [\"6 mm\", \"5 mm\", \"4 mm\"] } }",
+    "liquid.0.velocity=[\"1 m/s\", \"0 m/s\", \"-0.5 m/s\"]",
+];
+
+#[test]
+fn the_first_step_with_given_velocities_is_that_of_check() {
+    let folder = Scratch::new("first-step-given");
+    let still = "liquid.0.velocity=[\"0 m/s\", \"0 m/s\", \"0 m/s\"]";
+    let uniform = "fluid.initial_velocity={uniform={velocity=[\"2 m/s\", \"0.3 m/s\", \"0 m/s\"]}}";
+    let turning = "fluid.carrying_flow={reversed_vortex={speed=\"1 m/s\",period=\"1 s\"}}";
+    let deforming = "fluid.carrying_flow={deformation={speed=\"1 m/s\",period=\"1 s\"}}";
+    // Explicit viscosity of honey limits no flow that is given.
+    let honey = "fluid.liquid={density=\"1000 kg/m^3\",kinematic_viscosity=\"1 m^2/s\"}";
+    for changes in [&[][..], &[uniform], &[turning], &[deforming], &[turning, honey, "fluid.viscosity=explicit"]] {
+        let loaded = load(BASE, &[&MOVING, changes].concat());
+        let (report, step) = (predicted(&loaded), first_step(&loaded, &folder));
+        assert!(agree(&report, &step), "{changes:?}: {:?}, not {step:?}", described(&report));
+        assert_eq!(step.limiter, "advective");
+        // Negative control: without the velocity of the liquid the initial one alone allows a longer step, and that of a
+        // flow that is given is not touched.
+        let without = predicted(&load(BASE, &[&MOVING[..], changes, &[still]].concat())).dt_s;
+        let is_given = changes.iter().any(|change| change.contains("carrying"));
+        assert!(if is_given { without == report.dt_s } else { without > 1.2 * report.dt_s }, "{changes:?} {without}");
+    }
+}
+
+#[test]
+fn a_drop_in_flight_may_halve_the_first_step() {
+    let folder = Scratch::new("first-step-drop");
+    let drop = [
+        "grains=[]",
+        "fluid.dt_max=10 s",
+        "liquid.0.region={ sphere = { diameter = \"1.5 mm\" } }",
+        "liquid.0.position=[\"3 mm\", \"3 mm\", \"3 mm\"]",
+        "liquid.0.velocity=[\"0 m/s\", \"0 m/s\", \"-2 m/s\"]",
+    ];
+    let loaded = load(BASE, &drop);
+    let (report, step) = (predicted(&loaded), first_step(&loaded, &folder));
+    assert_eq!((step.limiter, described(&report).1), ("advective", "advective"));
+    let of_predicted = step.dt / report.dt_s;
+    println!("{of_predicted} of the step predicted");
+    // Negative control: without what is said the step would be wrong by far.
+    assert!((0.45..0.8).contains(&of_predicted), "{of_predicted}");
+    let says = |report: &CheckReport| report.limits.iter().any(|limit| limit.rule.contains("about half of that once"));
+    assert!(says(&report) && !says(&predicted(&load(BASE, &MOVING))));
+}
+
+/// Steel spheres that settle in water, and boxes that fall through air into it: both speed up from rest.
+const SETTLING: [&str; 7] = [
+    "domain.size=[\"12 mm\", \"12 mm\", \"36 mm\"]",
+    "domain.cells=[24, 24, 72]",
+    "boundary={}",
+    "run.until=0.07 s",
+    "material.sand.density=7800 kg/m^3",
+    "liquid.0.region.half_space.point=[\"0 mm\", \"0 mm\", \"36 mm\"]",
+    "grains.0={ shape = { sphere = { diameter = \"2 mm\" } }, \
+     placement = { list = [{ position = [\"4 mm\", \"4 mm\", \"33 mm\"] }, { position = [\"8 mm\", \"8 mm\", \"30 mm\"] }] } }",
+];
+
+#[test]
+fn steps_of_a_run_in_which_bodies_speed_up_lie_within_the_range() {
+    let falling = [
+        "domain.size=[\"16 mm\", \"16 mm\", \"64 mm\"]",
+        "domain.cells=[16, 16, 64]",
+        "run.until=0.12 s",
+        // With surfaces the gas that the flat faces press out of their way shortens the steps beyond the range.
+        "coupling.exchange=stress",
+        "liquid.0.region.half_space.point=[\"0 mm\", \"0 mm\", \"12 mm\"]",
+        "grains.0.shape={ box = { size = [\"4 mm\", \"4 mm\", \"4 mm\"] } }",
+        "grains.0.placement.list=[{ position = [\"5 mm\", \"5 mm\", \"60 mm\"] }, \
+         { position = [\"11 mm\", \"11 mm\", \"56 mm\"] }]",
+    ];
+    // A column of water that collapses and runs along the floor.
+    let dam = [
+        "grains=[]",
+        "domain.size=[\"40 mm\", \"4 mm\", \"20 mm\"]",
+        "domain.cells=[40, 4, 20]",
+        "run.until=0.1 s",
+        "liquid.0.region={ box = { lower = [\"0 mm\", \"0 mm\", \"0 mm\"], upper = [\"10 mm\", \"4 mm\", \"15 mm\"] } }",
+    ];
+    let folder = Scratch::new("speeding-up");
+    for (name, overrides) in [("settling", &[][..]), ("falling", &falling[..]), ("dam", &dam[..])] {
+        let loaded = load(BASE, &[&SETTLING, overrides].concat());
+        let report = predicted(&loaded);
+        let steps = start(&loaded, &folder.join(name), On::threads(2)).unwrap_or_else(|error| panic!("{error}")).steps;
+        println!("{name}: {} to {} steps predicted, {steps} made", report.steps, report.most_steps);
+        assert!((report.steps..=report.most_steps).contains(&(steps as Real)), "{name}: {steps}");
+        assert!(report.predicted_most_s >= report.predicted_total_s);
+        // Negative control: the step at the start alone predicts far fewer.
+        assert!(steps as Real > 1.5 * report.steps, "{name}: {steps}, {}", report.steps);
+    }
+}
+
+/// A drop over two beads, for 2 ms.
+const DROP: &str = r#"
+solver = "mics"
+[domain]
+size = ["20 mm", "20 mm", "20 mm"]
+cells = [16, 16, 16]
+[[liquid]]
+region.sphere = { diameter = "4 mm" }
+position = ["10 mm", "10 mm", "14 mm"]
+fall = { speed = "1 m/s" }
+[material.sand]
+density = "2650 kg/m^3"
+[contact.default]
+restitution = 0.5
+[[grains]]
+name = "sand"
+shape.sphere = { diameter = "3 mm" }
+placement.list = [{ position = ["8 mm", "10 mm", "1.5 mm"] }, { position = ["12 mm", "10 mm", "1.5 mm"] }]
+[output]
+fields = { at = [] }
+grains = { at = [] }
+figures = { at = [] }
+[run]
+until = "2 ms"
+"#;
+
+#[test]
+fn outputs_that_end_steps_are_in_the_forecast() {
+    let folder = Scratch::new("cadence");
+    let steps = |overrides: &[&str]| predicted(&load(DROP, overrides)).steps;
+    let plain = steps(&[]);
+    let fine = load(DROP, &["output.series.every=10 us"]);
+    let report = predicted(&fine);
+    assert_eq!((report.steps, report.most_steps), (200.0, 200.0), "one each 10 us; {plain} without");
+    assert!(agree(&report, &first_step(&fine, &folder)), "{:?}", described(&report));
+    let summary = start(&fine, &folder.join("fine"), On::threads(1)).unwrap();
+    assert_eq!(summary.steps as Real, report.steps);
+    assert!(report.predicted_total_s > 4.0 * predicted(&load(DROP, &[])).predicted_total_s);
+    // Listed times and checkpoints too; probes end no step. The negative control: a longer cadence than the step.
+    assert!(plain < 20.0, "{plain}");
+    assert_eq!(steps(&["checkpoint.every=20 us"]), 100.0);
+    assert_eq!(steps(&["output.fields.at=[\"1 us\", \"2 us\"]"]), plain + 2.0);
+    assert_eq!(steps(&["probe=[{ point = [\"1 mm\", \"1 mm\", \"1 mm\"], every = \"10 us\" }]"]), plain);
+    assert_eq!(steps(&["output.series.every=1 ms"]), plain + plain % 2.0);
+    // More ends of steps than are counted one by one.
+    assert_eq!(steps(&["output.series.every=10 us", "run.until=1 s"]), 100_000.0);
+}

@@ -1,0 +1,247 @@
+//! Small cases posed from what users of other programs report in public; each names the report.
+
+use std::f64::consts::PI;
+
+use crate::support::{Left, On, Scratch, load, start};
+
+fn run(name: &str, text: &str, overrides: &[&str]) -> Left {
+    let folder = Scratch::new(name);
+    start(&load(text, overrides), &folder.join("run"), On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
+    Left::in_folder(&folder.join("run"))
+}
+
+fn largest(left: &Left, column: &str) -> f64 {
+    left.column(column).iter().fold(0.0, |a: f64, b| a.max(b.abs()))
+}
+
+/// Beads that come in across the seam of periodic sides.
+const SEAM: &str = r#"
+solver = "mics"
+gravity = "0 m/s^2"
+[domain]
+size = ["8 mm", "6 mm", "6 mm"]
+cells = [8, 6, 6]
+[boundary]
+all = "periodic"
+x1_lower = { inflow = { velocity = ["0.4 m/s", "0 m/s", "0 m/s"] } }
+x1_upper = { fixed_pressure = { fluid = "liquid" } }
+[[liquid]]
+region.half_space = { point = ["0 m", "0 m", "1 m"] }
+velocity = ["0.4 m/s", "0 m/s", "0 m/s"]
+allow_touching_grains = true
+[material.sand]
+density = "2500 kg/m^3"
+[contact.default]
+normal_stiffness = "200 N/m"
+restitution = 0.4
+[[grains]]
+name = "sand"
+shape.sphere = { diameter = "2 mm" }
+placement.fed = { side = "x1_lower", rate = "600 Hz", velocity = ["0.4 m/s", "0 m/s", "0 m/s"] }
+[output]
+fields = { at = [] }
+grains = { at = [] }
+figures = { at = [] }
+[run]
+until = "20 ms"
+"#;
+
+/// lammps/lammps#1695: grains that are inserted overlap others across a periodic side; #4337: their number is wrong in small boxes.
+#[test]
+fn grains_that_are_fed_in_do_not_overlap_across_periodic_sides() {
+    let left = run("report-seam", SEAM, &[]);
+    let fed = left.column("fed_grains");
+    // One each 1.7 ms, in a stream in which they have a tenth of the room that discs have: some wait.
+    assert!((9.0..=12.0).contains(&fed[fed.len() - 1]), "{fed:?}");
+    assert!(largest(&left, "largest_overlap") < 0.02);
+}
+
+/// lammps/lammps#2644: a run that goes on feeds in what it should not, or nothing.
+#[test]
+fn a_longer_run_is_fed_as_long() {
+    let sparse = ["grains.0.placement.fed.rate=100 Hz"];
+    let count = |left: &Left| left.summary["conservation"]["fed_grains"].as_f64().expect("a number");
+    let folder = Scratch::new("report-longer");
+    let go_on = |name: &str, more: &[&str]| {
+        let place = folder.join(name);
+        start(&load(SEAM, &[&sparse[..], more].concat()), &place, On::threads(1))
+            .unwrap_or_else(|error| panic!("{error}"));
+        let first = count(&Left::in_folder(&place));
+        let mut options = On::threads(1).options(None);
+        options.until = Some(40e-3);
+        let (stop, mut listener) = (sazanami::stop::Stop::new(), crate::support::Listener::default());
+        sazanami::run::resume(&place, &options, &mut listener, &stop).unwrap_or_else(|error| panic!("{error}"));
+        [first, count(&Left::in_folder(&place))]
+    };
+    assert_eq!(go_on("open", &[]), [2.0, 4.0]);
+    assert_eq!(go_on("bounded", &["grains.0.count=2"]), [2.0, 2.0], "negative control");
+}
+
+/// A cube and a ball that nothing acts on.
+const FREE: &str = r#"
+solver = "mics"
+gravity = "0 m/s^2"
+[domain]
+size = ["0.4 m", "0.2 m", "0.2 m"]
+cells = [16, 8, 8]
+[boundary]
+all = "slip"
+[fluid]
+viscosity = "off"
+gas = { density = "1e-9 kg/m^3", kinematic_viscosity = "0 m^2/s" }
+[material.g]
+density = "900 kg/m^3"
+[[grains]]
+name = "cube"
+shape.box = { size = ["50 mm", "50 mm", "50 mm"] }
+material = "g"
+placement.list = [{ position = ["0.1 m", "0.1 m", "0.1 m"], velocity = ["1 m/s", "0.2 m/s", "0 m/s"], angular_velocity = ["1 rad/s", "2 rad/s", "3 rad/s"] }]
+[[probe]]
+name = "cube"
+body = { population = "cube", index = 0 }
+every = "10 ms"
+[output]
+fields = { at = [] }
+grains = { at = [] }
+figures = { at = [] }
+[run]
+until = "0.1 s"
+"#;
+
+/// DualSPHysics/DualSPHysics#74: a free body with a velocity is displaced by another way than that velocity; #72: the moments of inertia of a
+/// cube differ.
+#[test]
+fn a_free_cube_moves_and_spins_evenly() {
+    let left = run("report-cube", FREE, &[]);
+    let last = |column: &str| *left.probes[0].1.column(column).last().expect("it was read");
+    for (column, expected) in [("position_1", 0.2), ("position_2", 0.12), ("position_3", 0.1)] {
+        assert!((last(column) - expected).abs() < 1e-7, "{column}: {}", last(column));
+    }
+    for (column, expected) in [("spin_1", 1.0), ("spin_2", 2.0), ("spin_3", 3.0)] {
+        assert!((last(column) - expected).abs() < 1e-5, "{column}: {}", last(column));
+    }
+    // Negative control: a brick with three lengths tumbles.
+    let brick = run("report-brick", FREE, &["grains.0.shape.box.size=[\"50 mm\", \"40 mm\", \"20 mm\"]"]);
+    let spin = *brick.probes[0].1.column("spin_1").last().expect("it was read");
+    assert!((spin - 1.0).abs() > 1e-3, "{spin}");
+}
+
+/// Balls without water.
+const BALLS: &str = r#"
+solver = "mps"
+gravity = "0 m/s^2"
+[domain]
+size = ["100 mm", "60 mm", "60 mm"]
+[boundary]
+all = "slip"
+[particles]
+spacing = "10 mm"
+[material.steel]
+density = "7800 kg/m^3"
+[contact.default]
+normal_stiffness = "1e5 N/m"
+restitution = 0.4
+[[grains]]
+name = "large"
+shape.sphere = { diameter = "10 mm" }
+material = "steel"
+placement.list = [{ position = ["30 mm", "30 mm", "30 mm"] }]
+[[grains]]
+name = "small"
+shape.sphere = { diameter = "0.5 mm" }
+material = "steel"
+placement.list = [{ position = ["40 mm", "30 mm", "30 mm"], velocity = ["-1 m/s", "0 m/s", "0 m/s"] }]
+[[probe]]
+name = "large"
+body = { population = "large", index = 0 }
+every = "1 ms"
+[[probe]]
+name = "small"
+body = { population = "small", index = 0 }
+every = "1 ms"
+[output]
+fields = { at = [] }
+grains = { at = [] }
+figures = { at = [] }
+[run]
+until = "8 ms"
+"#;
+
+/// lammps/lammps#3025: of unlike sizes no dashpot gives the restitution that is asked for.
+#[test]
+fn the_restitution_asked_for_holds_between_balls_of_one_and_twenty() {
+    let measured = |restitution: f64| {
+        let change = format!("contact.default.restitution={restitution}");
+        let left = run(&format!("report-unlike-{restitution}"), BALLS, &[&change]);
+        let speed = |n: usize| *left.probes[n].1.column("velocity_1").last().expect("it was read");
+        speed(1) - speed(0)
+    };
+    for restitution in [0.2, 0.4, 0.9] {
+        let found = measured(restitution);
+        // Twice the mean error of impacts that sub-steps may have where no other is asked for: it is one impact.
+        assert!((found - restitution).abs() < 0.05, "{found} for {restitution}");
+    }
+    assert!(measured(0.6) > measured(0.3) + 0.2, "negative control: another one is told from it");
+}
+
+/// DualSPHysics/DualSPHysics#44: balls as stiff as steel make the steps unstable.
+#[test]
+fn stiff_balls_that_fall_on_one_another_gain_no_energy() {
+    let place = |n: usize| {
+        let (x, z) = (30.0 + 2.0 * (n % 3) as f64, 8.0 + 11.0 * n as f64);
+        format!("{{ position = [\"{x} mm\", \"30 mm\", \"{z} mm\"] }}")
+    };
+    let places = (0..6).map(place).collect::<Vec<_>>().join(", ");
+    let list = format!("grains.0.placement.list=[{places}]");
+    let more = [
+        "gravity=9.8 m/s^2",
+        "contact.default.normal_stiffness=1e7 N/m",
+        "domain.size=[\"100 mm\", \"60 mm\", \"80 mm\"]",
+        "run.until=60 ms",
+    ];
+    let left = run("report-steel", BALLS, &[&more[..], &[&list]].concat());
+    // The potential energy is that of submerged grains.
+    let weight = 7800.0 / (7800.0 - 998.2);
+    let (moving, lying) = (left.column("kinetic_energy_grains"), left.column("potential_energy"));
+    let energy: Vec<f64> = moving.iter().zip(lying).map(|(moving, lying)| moving + weight * lying).collect();
+    let first = energy[0];
+    let most = energy.iter().copied().fold(0.0, f64::max);
+    assert!(most <= first * (1.0 + 1e-4), "{most} J of {first}");
+    assert!(energy[energy.len() - 1] < 0.95 * first, "they do fall");
+    assert!(largest(&left, "largest_overlap") < 0.05);
+}
+
+/// DLR-RY/TwoPhaseFlow#44: parasitic currents carry bubbles of micrometres about.
+#[test]
+fn a_bubble_of_micrometres_stays_in_its_place() {
+    let text = r#"
+solver = "mics"
+gravity = "0 m/s^2"
+[domain]
+size = ["150 um", "150 um", "150 um"]
+cells = [20, 20, 20]
+[fluid]
+surface_tension = "72.8 mN/m"
+[[liquid]]
+region.half_space = { point = ["0 m", "0 m", "1 m"] }
+[[liquid]]
+fluid = "gas"
+region.sphere = { centre = ["76 um", "74 um", "75 um"], diameter = "60 um" }
+[output]
+fields = { at = [] }
+figures = { at = [] }
+[run]
+until = "0.1 ms"
+"#;
+    let left = run("report-bubble", text, &[]);
+    // Momentum that the liquid has goes back where the bubble comes from: its way over a cell, at most.
+    let way = |left: &Left| {
+        let (time, momentum) = (left.column("time"), left.column("momentum_liquid_3"));
+        let displaced = 998.2 * PI / 6.0 * 60e-6_f64.powi(3);
+        time.windows(2).zip(&momentum[1..]).map(|(t, p)| (t[1] - t[0]) * p / displaced).sum::<f64>().abs() / 7.5e-6
+    };
+    assert!(way(&left) < 0.05, "{} cells", way(&left));
+    // Negative control: buoyancy of 1e5 m/s^2 moves it.
+    let heavy = run("report-bubble-rises", text, &["gravity=1e5 m/s^2", "run.until=20 us"]);
+    assert!(way(&heavy) > 0.5, "{} cells", way(&heavy));
+}

@@ -1,0 +1,147 @@
+//! Probes, planes and gauges on the lower and upper sides of the box, in its corners and at periodic seams.
+
+use std::fmt::Write as _;
+
+use crate::support::{Left, On, Scratch, load, start};
+use sazanami_numerics::Real;
+
+const BOX: &str = r#"
+[domain]
+size = ["32 mm", "16 mm", "24 mm"]
+cells = [16, 8, 12]
+[fluid]
+tol_div = 1e-10
+[output]
+figures = { at = [] }
+fields = { at = [] }
+series = { every = "1 ms" }
+[run]
+until = "4 ms"
+"#;
+
+/// The last row of each probe, by its name.
+fn read(
+    case: &str,
+    probes: &[(String, String)],
+    overrides: &[&str],
+    name: &str,
+    on: On,
+) -> impl Fn(&str, &str) -> Real + use<> {
+    let scratch = Scratch::new(name);
+    let mut text = case.to_owned();
+    for (name, place) in probes {
+        let _ = write!(text, "[[probe]]\nname = \"{name}\"\n{place}\nevery = \"1 ms\"\n");
+    }
+    start(&load(&text, overrides), scratch.path(), on).unwrap_or_else(|error| panic!("{error}"));
+    let left = Left::in_folder(scratch.path());
+    move |probe: &str, column: &str| {
+        let file = format!("{probe}.csv");
+        let table = &left.probes.iter().find(|(name, _)| *name == file).expect("it is a probe").1;
+        *table.column(column).last().expect("it was read")
+    }
+}
+
+fn mm(x: Real) -> String {
+    format!("\"{x} mm\"")
+}
+
+#[test]
+fn gauges_read_the_pool_on_all_sides_and_not_what_falls_on_it() {
+    let pool = "liquid=[{ region.half_space = { point = [\"0 m\", \"0 m\", \"9 mm\"] } }, { region.sphere = { centre = [\"25 mm\", \"9 mm\", \"18 mm\"], diameter = \"6 mm\" } }]";
+    let places =
+        [[0.0, 0.0], [32.0, 0.0], [0.0, 16.0], [32.0, 16.0], [16.0, 16.0], [32.0, 8.0], [7.0, 5.0], [25.0, 9.0]];
+    let gauges: Vec<(String, String)> = places
+        .iter()
+        .enumerate()
+        .map(|(n, [x, y])| (format!("g{n}"), format!("gauge = [{}, {}]", mm(*x), mm(*y))))
+        .collect();
+    for on in [On::threads(1), On::ranks(2, 1), On::ranks(4, 1)] {
+        let at = read(BOX, &gauges, &[pool], &format!("gauges-{}", on.ranks), on);
+        for (n, place) in places.iter().enumerate() {
+            let level = at(&format!("g{n}"), "water_level");
+            assert!((level - 9e-3).abs() < 0.05e-3, "{place:?}: {level}");
+        }
+    }
+    // Negative controls: a deeper pool is seen everywhere, and a column that reaches up from the floor is its height.
+    let deeper = pool.replace("\"9 mm\"]", "\"11 mm\"]");
+    let at = read(BOX, &gauges, &[&deeper], "gauges-deep", On::threads(1));
+    assert!((at("g3", "water_level") - 11e-3).abs() < 0.05e-3);
+    let column = "liquid=[{ region.box = { lower = [\"20 mm\", \"0 m\", \"0 m\"], upper = [\"32 mm\", \"16 mm\", \"18 mm\"] } }]";
+    let at = read(BOX, &gauges, &[column, "run.until=0.1 ms", "fluid.dt_max=0.05 ms"], "gauges-column", On::threads(1));
+    assert!((at("g7", "water_level") - 18e-3).abs() < 0.2e-3 && at("g0", "water_level") == 0.0);
+}
+
+#[test]
+fn planes_on_upper_sides_have_their_flux_and_pressure() {
+    let plug = "liquid=[{ region.half_space = { point = [\"0 m\", \"0 m\", \"1 m\"] }, velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"] }]";
+    let sides = "boundary={ all = \"slip\", x1_lower = { inflow = { velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"] } }, x1_upper = { fixed_pressure = { fluid = \"liquid\" } } }";
+    let positions = [0.0, 0.9, 16.0, 31.1, 32.0];
+    let mut planes: Vec<(String, String)> =
+        positions.iter().enumerate().map(|(n, x)| (format!("x{n}"), format!("plane.x1 = {}", mm(*x)))).collect();
+    for (n, z) in [0.0, 12.0, 24.0].into_iter().enumerate() {
+        planes.push((format!("z{n}"), format!("plane.x3 = {}", mm(z))));
+    }
+    let flux: Real = 0.1 * 0.016 * 0.024;
+    for on in [On::threads(1), On::ranks(2, 1)] {
+        let at = read(BOX, &planes, &[plug, sides], &format!("planes-{}", on.ranks), on);
+        for (n, place) in positions.iter().enumerate() {
+            for column in ["volume_flux", "liquid_flux"] {
+                let found = at(&format!("x{n}"), column);
+                assert!((found / flux - 1.0).abs() < 1e-6, "{place}, {column}: {found}");
+            }
+            let pressure = at(&format!("x{n}"), "mean_pressure");
+            assert!((pressure / (998.2 * 9.8 * 12e-3) - 1.0).abs() < 1e-2, "{place}: {pressure}");
+        }
+        // Hydrostatic to the sides themselves: nothing on top, all the water on the floor.
+        let pressure = [0, 1, 2].map(|n| at(&format!("z{n}"), "mean_pressure"));
+        let weight = pressure[0] - pressure[2];
+        assert!((weight / 235.0 - 1.0).abs() < 0.01 && pressure[2].abs() < 1.0, "{pressure:?}");
+        assert!((pressure[1] / (0.5 * weight) - 1.0).abs() < 0.02 && at("z2", "volume_flux") == 0.0);
+    }
+    // What comes back in through an open side is what stands outside: gas above the pool, not the water that is inside.
+    let pool = "liquid=[{ region.half_space = { point = [\"0 m\", \"0 m\", \"12 mm\"] }, velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"] }, { fluid = \"gas\", region.box = { lower = [\"0 m\", \"0 m\", \"12 mm\"], upper = [\"32 mm\", \"16 mm\", \"24 mm\"] }, velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"] }]";
+    let at =
+        read(BOX, &planes, &[pool, "boundary={ all = \"slip\", x1 = \"outflow\" }"], "planes-pool", On::threads(1));
+    for n in 0..positions.len() {
+        let found = [at(&format!("x{n}"), "volume_flux"), at(&format!("x{n}"), "liquid_flux")];
+        assert!((found[0] / flux - 1.0).abs() < 1e-6 && (found[1] / flux - 0.5).abs() < 1e-6, "{n}: {found:?}");
+    }
+}
+
+#[test]
+fn the_two_sides_of_a_periodic_seam_read_the_same() {
+    let vortex = "fluid.initial_velocity={ taylor_green = { speed = \"0.1 m/s\" } }";
+    let drop = "liquid=[{ region.sphere = { centre = [\"1 mm\", \"15 mm\", \"11 mm\"], diameter = \"12 mm\" } }]";
+    let all = "boundary={ all = \"periodic\" }";
+    let mut probes: Vec<(String, String)> = Vec::new();
+    for (n, x) in [0.0, 32.0].into_iter().enumerate() {
+        for (m, y) in [0.0, 16.0].into_iter().enumerate() {
+            probes.push((format!("p{n}{m}"), format!("point = [{}, {}, \"7 mm\"]", mm(x), mm(y))));
+            probes.push((format!("g{n}{m}"), format!("gauge = [{}, {}]", mm(x), mm(y))));
+        }
+        probes.push((format!("x{n}"), format!("plane.x1 = {}", mm(x))));
+    }
+    for (n, z) in [0.0, 24.0].into_iter().enumerate() {
+        probes.push((format!("z{n}"), format!("plane.x3 = {}", mm(z))));
+        probes.push((format!("q{n}"), format!("point = [\"3 mm\", \"15 mm\", {}]", mm(z))));
+    }
+    for on in [On::threads(1), On::ranks(2, 1), On::ranks(4, 1)] {
+        let at = read(BOX, &probes, &[drop, all, vortex, "gravity=0 m/s^2"], &format!("seam-{}", on.ranks), on);
+        for column in ["pressure", "velocity_1", "velocity_2", "liquid_fraction"] {
+            let first = at("p00", column);
+            for other in ["p01", "p10", "p11"] {
+                assert_eq!(at(other, column), first, "{other}, {column}, {} ranks", on.ranks);
+            }
+            assert_eq!(at("q0", column), at("q1", column));
+        }
+        for pair in [["x0", "x1"], ["z0", "z1"]] {
+            for column in ["volume_flux", "liquid_flux", "mean_pressure"] {
+                let [a, b] = pair.map(|probe| at(probe, column));
+                assert!((a - b).abs() <= 1e-12 * a.abs().max(1e-9), "{pair:?}, {column}: {a} {b}");
+            }
+        }
+        assert_eq!(at("g00", "water_level"), at("g11", "water_level"));
+        // Negative control: elsewhere it is not the same.
+        assert!(at("p00", "pressure") != at("q0", "pressure"));
+    }
+}

@@ -1,0 +1,209 @@
+//! Runs of small cases into folders of their own, and what they left behind.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use sazanami::artist::{Artist, Figure, NotDrawn};
+use sazanami::case::{self, LoadedCase};
+use sazanami::error::CommandError;
+use sazanami::progress::{Progress, StepLine};
+use sazanami::run::{self, RunOptions, RunSummary};
+use sazanami::stop::{Stop, StopCause};
+use sazanami_io::checkpoint::{CheckpointFolder, CheckpointReader};
+use sazanami_numerics::Real;
+use sazanami_numerics::snapshot::Snapshot;
+use serde_json::Value;
+
+/// A folder that goes when it is no longer needed.
+pub struct Scratch(PathBuf);
+
+impl Scratch {
+    pub fn new(name: &str) -> Self {
+        static COUNT: AtomicU64 = AtomicU64::new(0);
+        let number = COUNT.fetch_add(1, Ordering::Relaxed);
+        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{}-{number}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&path);
+        std::fs::create_dir_all(&path).expect("the run left it");
+        Self(path)
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+
+    pub fn join(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Messages and steps of a run, and the step at which to stop it from outside.
+#[derive(Default)]
+pub struct Listener<'a> {
+    pub messages: Vec<String>,
+    pub lines: Vec<StepLine>,
+    /// Set after the step for which `stop_after` says so.
+    pub stop: Option<&'a Stop>,
+    pub stop_after: Option<fn(&StepLine) -> bool>,
+}
+
+impl Progress for Listener<'_> {
+    fn step(&mut self, line: &StepLine) {
+        self.lines.push(*line);
+        if let (Some(stop), Some(after)) = (self.stop, self.stop_after)
+            && after(line)
+        {
+            stop.set(StopCause::Caller);
+        }
+    }
+
+    fn message(&mut self, text: &str) {
+        self.messages.push(text.to_owned());
+    }
+}
+
+/// Keeps what a picture would show as text.
+#[derive(Debug)]
+pub struct Sketcher;
+
+impl Artist for Sketcher {
+    fn draw(&self, figure: &Figure, path: &Path) -> Result<(), NotDrawn> {
+        Ok(std::fs::write(path, format!("{figure:?}"))?)
+    }
+}
+
+/// Titles of what is wrong with a case, or of its warnings where nothing is.
+pub fn findings(text: &str, overrides: &[&str]) -> Vec<String> {
+    let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
+    let (diagnostics, source) = match sazanami::case::parse(Path::new("case.toml"), text, &overrides) {
+        Ok(loaded) => (loaded.warnings, loaded.source),
+        Err(error) => (error.diagnostics, error.source),
+    };
+    diagnostics.records(&source).iter().map(|record| record.message.clone()).collect()
+}
+
+/// Reads a case.
+pub fn load(text: &str, overrides: &[&str]) -> LoadedCase {
+    let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
+    case::parse(Path::new("case.toml"), text, &overrides).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// On how many ranks and threads, and for how many steps.
+#[derive(Clone, Copy, Debug)]
+pub struct On {
+    pub ranks: usize,
+    pub threads: usize,
+    pub steps: Option<u64>,
+}
+
+impl On {
+    pub fn threads(threads: usize) -> Self {
+        Self { ranks: 1, threads, steps: None }
+    }
+
+    pub fn ranks(ranks: usize, threads: usize) -> Self {
+        Self { ranks, threads, steps: None }
+    }
+
+    pub fn steps(self, steps: u64) -> Self {
+        Self { steps: Some(steps), ..self }
+    }
+
+    pub fn options(self, out: Option<&Path>) -> RunOptions {
+        RunOptions {
+            out: out.map(Path::to_owned),
+            force: false,
+            until: None,
+            steps: self.steps,
+            threads: Some(self.threads),
+            ranks: self.ranks,
+            artist: Some(&Sketcher),
+            ..RunOptions::default()
+        }
+    }
+}
+
+/// Runs a case into `folder`.
+pub fn start(loaded: &LoadedCase, folder: &Path, on: On) -> Result<RunSummary, CommandError> {
+    let stop = Stop::new();
+    run::run(loaded, &on.options(Some(folder)), &mut Listener::default(), &stop)
+}
+
+/// Goes on with the run in `folder`; returns what it said as well.
+pub fn go_on(folder: &Path, on: On) -> (Result<RunSummary, CommandError>, Vec<String>) {
+    let stop = Stop::new();
+    let mut listener = Listener::default();
+    let outcome = run::resume(folder, &on.options(None), &mut listener, &stop);
+    (outcome, listener.messages)
+}
+
+/// A table as it was written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    pub columns: Vec<String>,
+    pub rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    pub fn read(path: &Path) -> Self {
+        let text = std::fs::read_to_string(path).expect("the run left it");
+        let cells = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
+        let mut lines = text.lines();
+        let columns = lines.next().map(cells).unwrap_or_default();
+        let columns = columns.iter().map(|name| name.split(" [").next().unwrap_or(name).to_owned()).collect();
+        Self { columns, rows: lines.map(cells).collect() }
+    }
+
+    /// Values of a column; missing ones are not a number.
+    pub fn column(&self, name: &str) -> Vec<Real> {
+        let at = self.columns.iter().position(|column| column == name);
+        let at = at.unwrap_or_else(|| panic!("no column {name} among {:?}", self.columns));
+        self.rows.iter().map(|row| row[at].parse().unwrap_or(Real::NAN)).collect()
+    }
+}
+
+/// Results of a run.
+pub struct Left {
+    pub summary: Value,
+    pub state: Snapshot,
+    pub series: Table,
+    pub probes: Vec<(String, Table)>,
+}
+
+impl Left {
+    pub fn in_folder(folder: &Path) -> Self {
+        let files = std::fs::read_dir(folder.join("probes")).into_iter().flatten().flatten();
+        let mut probes: Vec<_> =
+            files.map(|file| (file.file_name().to_string_lossy().into_owned(), Table::read(&file.path()))).collect();
+        probes.sort_by(|a, b| a.0.cmp(&b.0));
+        let series = Table::read(&folder.join("series.csv"));
+        Self { summary: summary(folder), state: newest(folder).snapshot().expect("the run left it"), series, probes }
+    }
+
+    pub fn hash(&self) -> &str {
+        self.summary["state_hash"].as_str().expect("a run that wrote a checkpoint has a hash")
+    }
+
+    /// A column of the series.
+    pub fn column(&self, name: &str) -> Vec<Real> {
+        self.series.column(name)
+    }
+}
+
+pub fn summary(folder: &Path) -> Value {
+    serde_json::from_str(&std::fs::read_to_string(folder.join("summary.json")).expect("the run left it"))
+        .expect("the run left it")
+}
+
+pub fn checkpoints(folder: &Path) -> CheckpointFolder {
+    CheckpointFolder::new(folder.join("checkpoints"), 1)
+}
+
+pub fn newest(folder: &Path) -> CheckpointReader {
+    checkpoints(folder).newest_good().expect("the run left it").good.expect("there is a checkpoint").1
+}

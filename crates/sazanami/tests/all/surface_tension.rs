@@ -1,0 +1,82 @@
+//! Surface tension in case files: what is refused, what `check` says, and a run that goes on.
+
+use std::path::Path;
+
+use crate::support::{On, Scratch, load, start};
+
+/// A quarter of a disc in a slice.
+const SLICE: &str = r#"
+gravity = "0 m/s^2"
+[domain]
+size = ["1 mm", "62.5 um", "1 mm"]
+cells = [16, 1, 16]
+[boundary]
+all = "slip"
+x2 = "periodic"
+[fluid]
+surface_tension = "72.8 mN/m"
+[[liquid]]
+region.cylinder.diameters = ["0.8 mm", "0.6 mm"]
+[output]
+figures = { at = [] }
+fields = { at = [] }
+series = { every = "20 us" }
+[run]
+until = "100 us"
+"#;
+
+fn refusal(changes: &[&str]) -> String {
+    let changes: Vec<String> = changes.iter().map(|text| (*text).to_owned()).collect();
+    sazanami::case::parse(Path::new("c.toml"), SLICE, &changes).expect_err("refused").to_string()
+}
+
+#[test]
+fn surface_tensions_that_make_no_sense_are_refused_with_the_way_out() {
+    let slip = refusal(&["fluid.surface_tension=72.8 N/m"]);
+    assert!(slip.contains("no liquid has a surface tension of 72.8 N/m") && slip.contains("72.8 mN/m"), "{slip}");
+    assert!(refusal(&["fluid.surface_tension=-0.07 N/m"]).contains("fluid.surface_tension"));
+    let particles = refusal(&["solver=mps", "particles.spacing=62.5 um"]);
+    assert!(particles.contains("surface tension with `solver = \"mps\"`") && particles.contains("mics"), "{particles}");
+    let incremental = refusal(&["fluid.projection=incremental"]);
+    assert!(incremental.contains("projection = \"full\""), "{incremental}");
+    let carried = refusal(&["fluid.carrying_flow={ uniform = { velocity = [\"0 m/s\", \"1 m/s\", \"0 m/s\"] } }"]);
+    assert!(carried.contains("surface tension and a carrying flow"), "{carried}");
+    let wave =
+        "liquid.0.region={ wavy = { up = \"x1\", along = \"x1\", amplitude = \"1 um\", wavelength = \"1 mm\" } }";
+    assert!(refusal(&[wave]).contains("a wave runs along its surface"));
+    // Negative control: the case itself is sound.
+    load(SLICE, &[]);
+}
+
+#[test]
+fn contact_angles_that_make_no_sense_are_refused_with_the_way_out() {
+    for (angle, shown) in
+        [("0 deg", "0 degrees"), ("180 deg", "180 degrees"), ("-20 deg", "-20 degrees"), ("60 rad", "degrees")]
+    {
+        let text = refusal(&[&format!("fluid.contact_angle.x3_lower={angle}")]);
+        assert!(text.contains(shown) && text.contains("between 0 and 180 degrees"), "{text}");
+    }
+    assert!(refusal(&["fluid.contact_angle.x3_lower=60"]).contains("deg"));
+    let without = refusal(&["fluid.contact_angle.x3_lower=60 deg", "fluid.surface_tension=0 N/m"]);
+    assert!(without.contains("contact angles without surface tension"), "{without}");
+    let periodic = refusal(&["fluid.contact_angle.x2=60 deg"]);
+    assert!(periodic.contains("x2_lower, which is no wall"), "{periodic}");
+    let symmetric = refusal(&["fluid.contact_angle.all=60 deg"]);
+    assert!(symmetric.contains("none holds the fluid") && symmetric.contains("x3_lower"), "{symmetric}");
+    // Negative control: named, a wall without friction has an angle.
+    load(SLICE, &["fluid.contact_angle.x3_lower=60 deg"]);
+}
+
+#[test]
+fn the_capillary_wave_limits_the_step_and_the_interface_is_in_the_series() {
+    let columns = |changes: &[&str]| {
+        let scratch = Scratch::new("tension");
+        start(&load(SLICE, changes), &scratch.join("out"), On::threads(1)).expect("the run ends well");
+        std::fs::read_to_string(scratch.join("out/series.csv")).expect("a series")
+    };
+    let with = columns(&[]);
+    assert!(with.contains("surface_energy") && with.contains("capillary"), "{with}");
+    // Negative control: nothing of it without surface tension, nor with none.
+    let without = columns(&["fluid.surface_tension=0 N/m"]);
+    assert!(!without.contains("surface_energy") && !without.contains("capillary"), "{without}");
+}
