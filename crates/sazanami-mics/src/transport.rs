@@ -7,7 +7,7 @@ use sazanami_numerics::{Real, Vector};
 use crate::advection::{Convection, Dilatation, Frozen, Sweep};
 use crate::boundary::Boundary;
 use crate::flow::{Flow, StateFields};
-use crate::grains::Imprint;
+use crate::grains::GrainPhase;
 use crate::grains::room::{Room, SettleReport};
 use crate::interface::{ResidueReport, Wetting};
 use crate::outside::Outside;
@@ -67,14 +67,14 @@ impl Flow {
         self.transport_beside(domain, boundary, dt, None, None)
     }
 
-    /// The same, with liquid that has only the room that the grains of an imprint, ghosts filled, leave it, and with what stands
+    /// The same, with liquid that has only the room that grains, the ghosts of their imprint filled, leave it, and with what stands
     /// `outside` open sides.
     pub(crate) fn transport_beside(
         &mut self,
         domain: &Domain,
         boundary: &Boundary,
         dt: Real,
-        mut beside: Option<(&mut Room, &Imprint)>,
+        mut beside: Option<(&mut Room, &GrainPhase)>,
         outside: Option<&Outside>,
     ) -> TransportReport {
         if self.schemes.viscosity == ViscosityScheme::CrankNicolson {
@@ -83,10 +83,10 @@ impl Flow {
         if self.schemes.carrier == Carrier::Middle {
             self.move_faces_to_middle(domain, dt);
         }
-        if let Some((room, imprint)) = &mut beside {
-            room.hand_over(domain, imprint, self, Vector::ZERO);
+        if let Some((room, grains)) = &mut beside {
+            room.hand_over(domain, grains.covered(), self, Vector::ZERO);
             room.keep_fraction(domain, self);
-            room.carry_grains(domain, imprint, &mut self.face_velocity, -1.0);
+            room.carry_grains(domain, grains, self, -1.0);
         }
         let mut report = TransportReport::default();
         let order = ORDERS[(self.transports % 6) as usize];
@@ -140,9 +140,9 @@ impl Flow {
         if boundary.has_openings() {
             report.sum_over_ranks(domain);
         }
-        if let Some((room, imprint)) = &mut beside {
-            report.settled = room.carried(domain, boundary, imprint, self, dt);
-            room.carry_grains(domain, imprint, &mut self.face_velocity, 1.0);
+        if let Some((room, grains)) = &mut beside {
+            report.settled = room.carried(domain, boundary, grains.covered(), self, dt);
+            room.carry_grains(domain, grains, self, 1.0);
             let [u1, u2, u3] = &mut self.velocity;
             StateFields { c: &mut self.volume_fraction, u: [u1, u2, u3] }.fill_halos(domain, boundary, moves_velocity);
         }

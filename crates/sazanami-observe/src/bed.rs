@@ -45,6 +45,13 @@ pub struct BedView<'a> {
 }
 
 impl<'a> Body<'a> {
+    /// Volume inside the surface [m^3].
+    #[must_use]
+    pub fn volume(&self) -> Real {
+        let corners = |triangle: &[u32; 3]| triangle.map(|node| self.nodes[node as usize]);
+        self.triangles.iter().map(corners).map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum()
+    }
+
     /// The surface of a shape. The long axis is that of the smallest moment of inertia, if the others
     /// are clearly larger.
     #[must_use]
@@ -96,6 +103,12 @@ impl BedView<'_> {
     #[must_use]
     pub fn time_since_contact(&self, grain: usize) -> Option<Real> {
         self.last_contact.map(|times| self.time - times[grain])
+    }
+
+    /// Volume of a grain [m^3].
+    #[must_use]
+    pub fn volume_of(&self, grain: usize) -> Real {
+        self.body_of(grain).volume() * self.scale[grain].powi(3)
     }
 
     /// Smallest box around a grain: lower and upper corner \[m].

@@ -222,8 +222,10 @@ fn longer(
     let length = &loaded.case.run;
     let later = |until: &Real| run.flows() && !length.packing_only && *until > length.until;
     let Some(until) = options.until.filter(later) else { return Ok(None) };
-    let key = if length.end == RunEnd::Rest { "latest" } else { "until" };
-    let mut longer = case::load(case_file, &[format!("run.{key}=\"{until} s\"")])?;
+    let keys = [("until", length.end != RunEnd::Rest), ("latest", length.latest.is_some())];
+    let given = keys.into_iter().filter(|(_, given)| *given);
+    let mut longer =
+        case::load(case_file, &given.map(|(key, _)| format!("run.{key}=\"{until} s\"")).collect::<Vec<_>>())?;
     longer.case.output.move_end(length.until, until);
     longer.case.grains.iter_mut().for_each(|population| population.move_end(length.until, until));
     Ok(Some(longer))

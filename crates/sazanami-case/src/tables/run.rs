@@ -29,12 +29,13 @@ impl Default for RunEnd {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Keys)]
 #[keys(check = Self::check)]
 pub struct RunLength {
-    /// Simulated time at the end, or `"rest"`: the run ends when V and the volume below the rim of its crater have kept within 3 % for
-    /// 10 ms, in eight rows of the series at least, and no grain is in flight, and at `latest` if that does not come. Drops, grains and
-    /// plates that come later than that rest are not waited for. The time may be left out with `packing_only`.
+    /// Simulated time at the end, or `"rest"`: the run ends when its crater has been at rest for 10 ms (`observables.crater_rest`), in
+    /// eight rows of the series at least, and what grains in flight could fill, packed loosely, is 3 % of the volume below the rim at
+    /// most, and at `latest` if that does not come. Drops, grains and plates that
+    /// come later than that rest are not waited for. The time may be left out with `packing_only`.
     #[key(name = "until", unit = "s", range = NonNegative, default = RunEnd::At(Real::NAN), says = "required", example = "0.02 s")]
     pub end: RunEnd,
-    /// Simulated time at which a run until rest ends at the latest: required with `until = "rest"`, and only there.
+    /// Simulated time at which a run until rest ends at the latest: required with `until = "rest"`; a time `until` may not lie beyond it.
     #[key(unit = "s", range = Positive)]
     pub latest: Option<Real>,
     /// Most steps of the fluid.
@@ -51,13 +52,14 @@ pub struct RunLength {
 impl RunLength {
     fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
         match (self.end, self.latest) {
-            (RunEnd::At(time), None) => self.until = time,
-            (RunEnd::At(time), Some(_)) => {
+            (RunEnd::At(time), latest) => {
                 self.until = time;
-                cx.report
-                    .error(table.place("latest"), "`run.latest` with a time at which the run ends")
-                    .label("it belongs to `until = \"rest\"`")
-                    .help("leave it out, or give `until = \"rest\"`");
+                if latest.is_some_and(|latest| time > latest) {
+                    cx.report
+                        .error(table.place("until"), "`run.until` lies beyond `run.latest`")
+                        .label("the run would not come to this time")
+                        .help("`latest` is for `until = \"rest\"`: leave it out, or raise it");
+                }
             }
             (RunEnd::Rest, Some(latest)) => self.until = latest,
             (RunEnd::Rest, None) => {

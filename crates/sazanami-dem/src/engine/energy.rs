@@ -38,6 +38,8 @@ pub(super) struct EnergyBook {
     given: Vec<Real>,
     /// Work of each own grain's drag or, where its motion is given, of its contacts on it during the call \[J].
     pub aside: Vec<Real>,
+    /// Impulse of the contacts of each own grain whose motion is given, during the call [N s].
+    pub held: Vec<Vector>,
     /// The present window: from the end of the first call on, which finds what touches from before.
     pub window: Option<Window>,
 }
@@ -86,6 +88,8 @@ impl Engine {
         let owned = self.grains.owned;
         book.aside.clear();
         book.aside.resize(owned, 0.0);
+        book.held.clear();
+        book.held.resize(owned, Vector::ZERO);
         if !book.closed {
             book.given.resize(owned, 0.0);
             for_each_chunk(&mut book.given[..], ROWS, |number, given| {

@@ -34,6 +34,8 @@ pub struct ContactReport {
     pub contact_work: Option<Real>,
     /// Momentum given to the walls during the call [N s].
     pub impulse_on_walls: Vector,
+    /// Momentum that contacts gave grains whose motion is given during the call, those with walls included [N s].
+    pub impulse_on_held: Vector,
     /// Liquid bridges in the last sub-step.
     pub bridges: usize,
     /// Liquid bridges that broke during the call.
@@ -58,6 +60,11 @@ impl Engine {
             |c: usize| (c * ROWS..((c + 1) * ROWS).min(grains.owned)).map(|g| grains.kinetic_energy(g)).sum();
         let [energy] = sum_over(chunks, |c| [of_chunk(c)]);
         let speed = max_over(grains.owned, |g| grains.velocity[g].length_squared()).max(0.0).sqrt();
+        // Of those that this rank owned during the call.
+        let held = &self.book.held;
+        let [h1, h2, h3] = sum_over(held.len().div_ceil(ROWS), |c| {
+            held[c * ROWS..((c + 1) * ROWS).min(held.len())].iter().sum::<Vector>().to_array()
+        });
         let impulse = report.impulse_on_walls;
         let sums = domain.sum([
             last.pairs as Real,
@@ -70,6 +77,9 @@ impl Engine {
             last.bridges as Real,
             ruptures as Real,
             last.bridge_volume,
+            h1,
+            h2,
+            h3,
         ]);
         report.pairs = sums[0] as usize;
         report.contacts = sums[1] as usize;
@@ -79,6 +89,7 @@ impl Engine {
         report.bridges = sums[7] as usize;
         report.ruptures = sums[8] as usize;
         report.bridge_volume = sums[9];
+        report.impulse_on_held = Vector::new(sums[10], sums[11], sums[12]);
         report.largest_speed = domain.max(speed);
         report.largest_overlap = domain.max(deepest.deepest);
         // The lowest rank that saw the largest overlap names the grains, in halves that are exact in a real.

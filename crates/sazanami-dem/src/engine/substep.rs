@@ -72,6 +72,8 @@ struct KickOutputs<'a> {
     drag_impulse: &'a mut [Vector],
     /// See [`super::energy::EnergyBook::aside`].
     aside: &'a mut [Real],
+    /// See [`super::energy::EnergyBook::held`].
+    held: &'a mut [Vector],
 }
 
 impl Kick<'_> {
@@ -114,6 +116,7 @@ impl Kick<'_> {
             if mass_properties[row].motion != Motion::Free {
                 let power = total.force.dot(velocity[row]) + total.torque.dot(poses[row].spin);
                 outputs.aside[row] += h * power;
+                outputs.held[row] += h * total.force;
             }
             if let Some(force) = loads.force.get(g) {
                 total.force += *force;
@@ -240,7 +243,7 @@ impl Engine {
             &mut grains.contact_force[..owned],
             &mut grains.contact_torque[..owned],
             &mut grains.drag_impulse[..owned],
-            &mut book.aside[..owned],
+            (&mut book.aside[..owned], &mut book.held[..owned]),
         );
         let bounds = (&mut turned[..owned], &mut travel[..owned]);
         for_each_chunk(
@@ -248,12 +251,13 @@ impl Engine {
             ROWS,
             |number, (motion, outputs, poses, rotations, (turned, travel))| {
                 let (unwrapped, orientation, velocity, angular_momentum) = motion;
-                let (last_contact, contact_force, contact_torque, drag_impulse, aside) = outputs;
+                let (last_contact, contact_force, contact_torque, drag_impulse, (aside, held)) = outputs;
                 let rows = number * ROWS..number * ROWS + poses.len();
                 let mass_properties = &mass_properties[rows.clone()];
                 let impulses = match kick {
                     Some(kick) => {
-                        let outputs = KickOutputs { last_contact, contact_force, contact_torque, drag_impulse, aside };
+                        let outputs =
+                            KickOutputs { last_contact, contact_force, contact_torque, drag_impulse, aside, held };
                         kick.impulses(&contacts, number, mass_properties, (velocity, poses), outputs)
                     }
                     None => [Wrench::default(); ROWS],
@@ -372,6 +376,7 @@ mod tests {
         let h = engine.contact_time_step();
         engine.turned.resize(grains.len(), Vector::ZERO);
         engine.book.aside.resize(grains.len(), 0.0);
+        engine.book.held.resize(grains.len(), Vector::ZERO);
         let mut rows = 0;
         for _ in 0..100 {
             engine.drift(h);

@@ -245,11 +245,18 @@ impl Room {
         }
     }
 
-    /// Adds `sign` times the volume that moving grains carry through the faces between covered cells to the face velocity.
-    pub fn carry_grains(&self, domain: &Domain, imprint: &Imprint, faces: &mut [Field<Real>; 3], sign: Real) {
-        let alpha = imprint.solid_fraction.data();
-        for (d, uf) in faces.iter_mut().enumerate() {
+    /// Adds `sign` times the volume that moving grains carry through the faces between covered cells to the face velocity: beside cells
+    /// that grains share what their sections carry, as the projection has it ([`crate::mobility`]).
+    pub fn carry_grains(&self, domain: &Domain, grains: &GrainPhase, flow: &mut Flow, sign: Real) {
+        let imprint = grains.covered();
+        let (alpha, shared) = (imprint.solid_fraction.data(), imprint.shared());
+        if shared.is_some() {
+            grains.cut_faces(domain, &mut flow.work);
+        }
+        let is_shared = |at: usize| shared.is_some_and(|count| count[at] > 1.0);
+        for (d, uf) in flow.face_velocity.iter_mut().enumerate() {
             let (behind, solid) = (domain.strides()[d] as usize, imprint.solid_velocity[d].data());
+            let fluxes = flow.work[3 * d + 1].data();
             let (a, b) = ([0, 1, 0][d], [0, 0, 1][d]);
             let last = domain.cells()[d] as isize;
             let [lower, upper] = [0, 1].map(|side| domain.at_box_end(d, side) && !domain.periodic()[d]);
@@ -261,7 +268,12 @@ impl Room {
                 for (i, at) in row.shifted(0).enumerate() {
                     let index = [row.first + i as isize, row.j, row.k][d];
                     let on_side = (lower && index == 0) || (upper && index == last);
-                    if alpha[at] > 0.0 && alpha[at - behind] > 0.0 && !on_side {
+                    if on_side {
+                        continue;
+                    }
+                    if is_shared(at) || is_shared(at - behind) {
+                        uf[i] += sign * fluxes[at];
+                    } else if alpha[at] > 0.0 && alpha[at - behind] > 0.0 {
                         uf[i] += sign * 0.5 * (carried(at) + carried(at - behind));
                     }
                 }

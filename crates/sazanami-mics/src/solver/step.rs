@@ -91,6 +91,7 @@ impl StepReport {
         impulses.walls_on_fluid += diffusion.wall_impulse + pressure.wall_impulse;
         impulses.surface_tension += pressure.surface_tension.impulse;
         impulses.walls_on_grains -= contacts.impulse_on_walls;
+        impulses.held_grains -= contacts.impulse_on_held;
         impulses.open_sides += transport.momentum_through;
         impulses.open_sides += transport.residue.clipped_momentum + transport.settled.clipped_momentum;
     }
@@ -128,7 +129,7 @@ impl<'a> FluidPass<'a> {
         if let Some(acceleration) = &mut self.acceleration {
             acceleration.keep(domain, projection, &flow.density, self.now.gravity);
         }
-        let beside = self.room.as_deref_mut().map(|room| (room, grains.covered()));
+        let beside = self.room.as_deref_mut().map(|room| (room, &**grains));
         report.transport += flow.transport_beside(domain, boundary, dt, beside, Some(projection.outside()));
         projection.add_gradient(domain, &flow.density, &mut flow.velocity, half);
         if let Some(acceleration) = &mut self.acceleration {

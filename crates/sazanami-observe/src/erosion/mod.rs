@@ -24,7 +24,7 @@ pub use crater::{
     volumes_against,
 };
 pub use profile::Profile;
-pub use rest::{Rest, RestError, VolumeCourse};
+pub use rest::{CraterCourse, Rest, RestError, VolumeCourse};
 pub(crate) use surface_grains::linked_to_bed;
 
 use crate::{BedView, Horizontal};
@@ -269,6 +269,8 @@ pub struct Erosion {
     pub surface_grains: usize,
     /// Number of grains in the air, left out.
     pub airborne_grains: usize,
+    /// Their volume [m^3].
+    pub airborne_volume: Real,
 }
 
 impl Erosion {
@@ -312,6 +314,7 @@ impl Erosion {
             depth_below_initial: initial.and_then(|initial| initial.heights.first().map(|first| first - crater.base)),
             surface_grains: seen.tops.len(),
             airborne_grains: seen.airborne,
+            airborne_volume: seen.airborne_volume,
             surface,
             profile,
         })
@@ -428,7 +431,7 @@ mod tests {
     }
 
     /// Evaluation of a cap, and the errors of its volume, of that below the plane of the rim, and of that by layers.
-    fn evaluate_cap(rim_radius: Real, depth: Real, slope: Real) -> (Erosion, [Real; 3]) {
+    pub(super) fn evaluate_cap(rim_radius: Real, depth: Real, slope: Real) -> (Erosion, [Real; 3]) {
         let erosion = evaluate(&Bed::columns(D, HALF, 3, cap(rim_radius, depth, 0.6e-3, slope)));
         let by_layers = erosion.by_layers.unwrap().volume;
         let found = [erosion.crater.volume, erosion.crater.volume_direct, by_layers];

@@ -2,7 +2,9 @@
 
 use sazanami_numerics::Real;
 
-/// Erosion volume against time, in the order of time.
+use super::Erosion;
+
+/// A volume of a crater against time, in the order of time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct VolumeCourse {
     times: Vec<Real>,
@@ -16,6 +18,9 @@ const LEAST_INSTANTS: usize = 8;
 /// Change of the mean volume from the first to the second half of that time, over the uncertainty, up to which the crater
 /// rests. One that grows evenly through the whole uncertainty has a half.
 const LARGEST_DRIFT: Real = 0.25;
+
+/// Change of the volume below the rim that counts as none, over that volume, where it is known better.
+const KEPT: Real = 0.03;
 
 /// Why nothing is known of a crater's rest.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -66,19 +71,6 @@ impl VolumeCourse {
         }
     }
 
-    /// Whether the volumes of the last `span` \[s], eight at least, lie within a `part` of the last one.
-    #[must_use]
-    pub fn keeps(&self, part: Real, span: Real) -> bool {
-        let (&[begin, .., end], &[_, .., volume]) = (&self.times[..], &self.volumes[..]) else { return false };
-        // An instant that long ago counts, whatever its round-off.
-        let since = end - span * (1.0 + 1e-9);
-        let first = self.times.partition_point(|&time| time < since);
-        let within = |v: &Real| (v - volume).abs() <= part * volume.abs();
-        begin <= since + 2e-9 * span
-            && self.times.len() - first >= LEAST_INSTANTS
-            && self.volumes[first..].iter().all(within)
-    }
-
     /// When the crater came to rest whose last volume is uncertain by `uncertainty` [m^3].
     ///
     /// # Errors
@@ -114,9 +106,37 @@ impl VolumeCourse {
     }
 }
 
+/// The volumes of a crater against time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CraterCourse {
+    /// V of eq. (14).
+    pub cap: VolumeCourse,
+    /// The volume below the plane of the rim.
+    pub below_rim: VolumeCourse,
+}
+
+impl CraterCourse {
+    /// Adds the two volumes [m^3] at a `time` \[s] after all others; earlier ones are left out.
+    pub fn add(&mut self, time: Real, [cap, below_rim]: [Real; 2]) {
+        self.cap.add(time, cap);
+        self.below_rim.add(time, below_rim);
+    }
+
+    /// When the crater came to rest that is evaluated now, by the volume below its rim, which a grain on the rim hardly changes; up to
+    /// 3 % of it count as uncertain.
+    ///
+    /// # Errors
+    /// If the course is one instant long at most, or there never was a crater: V tells it from the roughness of a bed.
+    pub fn rest(&self, now: &Erosion) -> Result<Rest, RestError> {
+        self.cap.rest(now.volume_uncertainty())?;
+        self.below_rim.rest(now.below_rim_uncertainty().max(KEPT * now.crater.volume_direct))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::erosion::tests::evaluate_cap;
 
     fn course(volume: impl Fn(Real) -> Real) -> VolumeCourse {
         let mut course = VolumeCourse::default();
@@ -166,18 +186,24 @@ mod tests {
     }
 
     #[test]
-    fn a_volume_is_kept_for_a_time() {
-        // 1 - e x > 0.97 (1 - x) with x = exp(-t/10 ms): from 40.7 ms on.
-        let until = |end: u32| {
-            let mut course = VolumeCourse::default();
-            (0..=end).for_each(|n| course.add(1e-3 * Real::from(n), 1.0 - (-0.1 * Real::from(n)).exp()));
-            course.keeps(0.03, 10e-3)
+    fn the_volume_below_the_rim_decides_whether_a_crater_rests() {
+        let bed = |time: Real| {
+            let (mut erosion, _) = evaluate_cap(6.0e-3, 2.1e-3, 0.2);
+            let [cap, below] = [erosion.crater.volume, erosion.crater.volume_direct];
+            erosion.below_rim_range = [0.99 * below, 1.01 * below];
+            let mut course = CraterCourse::default();
+            for n in 0..=200 {
+                let late = 1e-3 * Real::from(n) >= time;
+                course.add(
+                    1e-3 * Real::from(n),
+                    [if n % 2 == 0 { 0.9 } else { 1.1 } * cap, if late { below } else { 1.1 * below }],
+                );
+            }
+            course.rest(&erosion).expect("there is a crater")
         };
-        assert!(until(41) && !until(40));
-        // Controls: a slide within that time, rows too few, a course too short.
-        assert!(!course(|time| if time < 0.195 { 1.0 } else { 1.1 }).keeps(0.03, 10e-3));
-        assert!(course(|time| if time < 0.185 { 1.0 } else { 1.1 }).keeps(0.03, 10e-3));
-        assert!(!course(|_| 1.0).keeps(0.03, 6e-3) && !course(|_| 1.0).keeps(0.03, 0.3));
+        assert!(bed(0.1).at_rest && (bed(0.1).since - 0.1).abs() < 1e-12);
+        // Control: a slide before the end.
+        assert!(!bed(0.195).at_rest);
     }
 
     #[test]

@@ -20,10 +20,11 @@ pub(super) struct GrainTop {
     pub height: Real,
 }
 
-/// Grains that count for the bed surface, and how many are in the air.
+/// Grains that count for the bed surface, and those in the air: how many, and their volume [m^3].
 pub(super) struct SurfaceGrains {
     pub tops: Vec<GrainTop>,
     pub airborne: usize,
+    pub airborne_volume: Real,
     /// The bed seen from above.
     pub map: HeightMap,
 }
@@ -42,7 +43,9 @@ impl SurfaceGrains {
             .filter(|&grain| counts[grain] && !airborne[grain])
             .map(|grain| GrainTop { x: bed.position[grain].x, y: bed.position[grain].y, height: bounds[grain].1.z })
             .collect();
-        Self { tops, airborne: airborne.iter().filter(|&&flies| flies).count(), map }
+        let flying = || (0..bed.len()).filter(|&grain| airborne[grain]);
+        let airborne_volume = flying().map(|grain| bed.volume_of(grain)).sum();
+        Self { tops, airborne: flying().count(), airborne_volume, map }
     }
 }
 
@@ -267,7 +270,7 @@ mod tests {
         let bed = flat();
         bed.view(|view| {
             let surface = SurfaceGrains::of(view, &settings());
-            assert_eq!((surface.tops.len(), surface.airborne), (400, 0));
+            assert_eq!((surface.tops.len(), surface.airborne, surface.airborne_volume), (400, 0, 0.0));
             assert!(surface.tops.iter().all(|top| (top.height - 2e-3).abs() < 1e-15));
             let all = SurfaceGrains::of(view, &ErosionSettings { counted: CountedGrains::All, ..settings() });
             assert_eq!(all.tops.len(), 1200);
@@ -295,6 +298,9 @@ mod tests {
             if time == 0.0 {
                 add(&mut bed, Vector::new(1e-3 + D, 0.0, height), velocity, time);
                 assert_eq!(airborne(&bed), 2);
+                // Icosahedra in the balls have 2.5361 of the cube of the radius.
+                let volume = bed.view(|view| SurfaceGrains::of(view, &settings()).airborne_volume);
+                assert!((volume / (2.0 * 2.5361 * (D / 2.0).powi(3)) - 1.0).abs() < 1e-4, "{volume}");
             }
         }
     }

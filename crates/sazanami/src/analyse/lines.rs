@@ -154,7 +154,7 @@ fn volume(erosion: &Value, key: &str) -> Option<String> {
     Some(format!("{volume:.2}{uncertainty} mm^3{caution}"))
 }
 
-/// Since when V stays within its uncertainty, where the crater has come to rest, or why that is not known.
+/// Since when the volume below the rim stays as it is, where the crater has come to rest, or why that is not known.
 fn rest(crater_rest: &Value) -> Option<Row> {
     if let Some(problem) = crater_rest["not_evaluated"].as_str() {
         return Some(("  crater at rest", format!("not evaluated: {problem}")));

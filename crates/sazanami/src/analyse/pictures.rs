@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::{Quaternion, Real, Vector};
-use sazanami_observe::erosion::{Erosion, InitialBed, Known, VolumeCourse};
+use sazanami_observe::erosion::{CraterCourse, Erosion, InitialBed, Known};
 use sazanami_observe::{BedColumns, Body};
 use serde_json::Value;
 
@@ -127,7 +127,7 @@ fn scene_of(run: &Run, saved: &SavedTime, initial: &mut Option<InitialBed>) -> R
             *initial = now.as_ref().map(Erosion::as_initial);
         }
         let course = series.as_ref().map(|series| course_until(series, saved.time)).unwrap_or_default();
-        let rest = now.as_ref().and_then(|now| course.rest(now.volume_uncertainty()).ok());
+        let rest = now.as_ref().and_then(|now| course.rest(now).ok());
         let known = Known { at_rest: rest.map(|rest| rest.at_rest), drops: drops(case) };
         bed_surface(&settings, initial.as_ref(), now.as_ref(), known)
     });
@@ -135,12 +135,13 @@ fn scene_of(run: &Run, saved: &SavedTime, initial: &mut Option<InitialBed>) -> R
     Ok(Some(scene(case, state.time, &bed, *height, drawn)))
 }
 
-/// V of the rows of a series up to a time \[s].
-fn course_until(series: &Table, end: Real) -> VolumeCourse {
-    let mut course = VolumeCourse::default();
-    let rows = series.column("time").into_iter().zip(series.column("erosion_volume"));
+/// The crater in the rows of a series up to a time \[s].
+fn course_until(series: &Table, end: Real) -> CraterCourse {
+    let mut course = CraterCourse::default();
+    let [time, cap, below_rim] =
+        ["time", "erosion_volume", "erosion_volume_below_rim"].map(|name| series.column(name).into_iter());
     // Times of tables and of files are written with different digits.
-    let until = |&(time, volume): &(Real, Real)| time <= end * (1.0 + 1e-9) && volume.is_finite();
-    rows.filter(until).for_each(|(time, volume)| course.add(time, volume));
+    let rows = time.zip(cap.zip(below_rim)).filter(|(time, (cap, _))| *time <= end * (1.0 + 1e-9) && cap.is_finite());
+    rows.for_each(|(time, (cap, below_rim))| course.add(time, [cap, below_rim]));
     course
 }

@@ -29,7 +29,7 @@ pub(crate) fn page() -> String {
         ("`observables.erosion` of `summary.json`", table("The crater at the end.", mics::EROSION)),
         (
             "`observables.crater_rest` of `summary.json`",
-            table("Whether V has come to rest, by its course.", mics::REST),
+            table("Whether the crater has come to rest, by the course of the volume below its rim.", mics::REST),
         ),
         (
             "`observables.soaked` of `summary.json`",

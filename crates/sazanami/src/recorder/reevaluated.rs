@@ -14,7 +14,7 @@ use serde_json::{Map, Value, json};
 
 use super::CLOCK;
 use super::bed::{BED, BedFindings, BedSettings, bed_findings, heap_json, heap_settings};
-use super::mics::{BEFORE, Findings, drops, erosion_settings, initial_heights, volume_course};
+use super::mics::{BEFORE, Findings, crater_course, drops, erosion_settings, initial_heights};
 
 use crate::assembly::grains;
 use crate::case::meaning::{Case, Erosion as Evaluation};
@@ -98,10 +98,10 @@ impl Beds {
             };
             found.findings.set_erosion(Erosion::of(&now, &settings, initial.as_ref()));
             if let Ok(&[time]) = self.snapshot.reals(CLOCK) {
-                let course = volume_course(&self.snapshot);
+                let course = crater_course(&self.snapshot);
                 match erosion_settings(own) {
                     Some(of_run) if of_run == settings => found.findings.set_rest(&course, time),
-                    // Of the course of V with other settings nothing is known: whether the crater rests is as in the run.
+                    // Of the course with other settings nothing is known: whether the crater rests is as in the run.
                     Some(of_run) => {
                         let mut in_the_run = Findings::default();
                         let initial = initial_heights(&self.snapshot);

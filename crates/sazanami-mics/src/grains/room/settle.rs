@@ -6,7 +6,8 @@
 //!
 //! After grains have moved, a full cell stays full, and its excess of either sign is a difference of its room: it hands a part of it on,
 //! so that differences of opposite sign meet, or reach a surface. What is left after the last round a full cell keeps as such a
-//! difference; elsewhere, in cells without room that are not full, it waits where it is and is tried again in the next step.
+//! difference if it is small: a lack of more is gas that has come in, and what is more than full, like the rest of a cell without room,
+//! waits where it is and is tried again in the next step. The equations of whole cells cannot bear a room far from the open part.
 
 use std::ops::Range;
 
@@ -32,6 +33,8 @@ const PART: Real = 2.0 / 3.0;
 const SPREADING: Real = 1e-3;
 /// Gas up to which a cell counts as a full one, the less the more there is: round-off must not decide.
 const NEARLY: Real = 1e-8;
+/// Largest difference of its room that a full cell keeps, in cell volumes.
+const DIFFERENCE: Real = 0.1;
 /// Preference of faces without outflow, beside the Courant number of the others.
 const STILL: Real = 0.02;
 
@@ -136,6 +139,12 @@ impl Settler {
             weights: domain.field(0.0),
         }
     }
+}
+
+/// Whether a cell of this fraction keeps the `excess` that no round has placed, as a difference of its room.
+#[inline]
+fn keeps(fraction: Real, excess: Real) -> bool {
+    fraction == FULL && excess.abs() <= DIFFERENCE
 }
 
 /// Whether a cell with this excess hands it on.
@@ -430,8 +439,8 @@ impl Room {
         });
     }
 
-    /// Leaves what no round has placed: a full cell keeps it as a difference of its room, to be settled later; elsewhere it waits, and what
-    /// is given gets its momentum.
+    /// Leaves what no round has placed: a full cell keeps a small one as a difference of its room, to be settled later, and gives a larger
+    /// lack to gas; elsewhere it waits, and what is given gets its momentum.
     fn leave(&mut self, domain: &Domain, imprint: &Imprint, flow: &mut Flow, report: &mut SettleReport) {
         if self.largest_excess(domain) == 0.0 {
             self.waits = false;
@@ -444,7 +453,7 @@ impl Room {
         let left = domain.sum(domain.sum_rows(&domain.interior(), |row| {
             let mut sum = [0.0; 4];
             for at in row.shifted(0).filter(|&at| x[at] != 0.0) {
-                let waits = 2 * usize::from(c[at] != FULL);
+                let waits = 2 * usize::from(!keeps(c[at], x[at]));
                 sum[waits] += 1.0;
                 sum[waits + 1] += x[at].abs() * volume;
             }
@@ -454,16 +463,19 @@ impl Room {
         [report.left_volume, report.waiting_volume] = [left[1], left[3]];
         self.waits = report.waiting_cells > 0;
         let Flow { volume_fraction, velocity, fluids, .. } = flow;
-        let (c, alpha) = (volume_fraction.data(), imprint.solid_fraction.data());
+        let (c, alpha) = (volume_fraction.data_mut(), imprint.solid_fraction.data());
         let [u1, u2, u3] = velocity.each_mut().map(Field::data_mut);
         let [g1, g2, g3] = self.given.each_mut().map(Field::data_mut);
-        let fields = (self.open.data_mut(), self.excess.data_mut(), (u1, u2, u3), (g1, g2, g3));
-        domain.for_each_row(&domain.interior(), fields, |row, (open, excess, (u1, u2, u3), (g1, g2, g3))| {
+        let fields = (c, self.open.data_mut(), self.excess.data_mut(), (u1, u2, u3), (g1, g2, g3));
+        domain.for_each_row(&domain.interior(), fields, |row, (c, open, excess, (u1, u2, u3), (g1, g2, g3))| {
             for (i, at) in row.shifted(0).enumerate() {
                 if excess[i] == 0.0 {
                     continue;
                 }
-                if c[at] != FULL {
+                if !keeps(c[i], excess[i]) {
+                    if c[i] == FULL {
+                        [c[i], excess[i]] = split(open[i] + excess[i], open[i], FULL);
+                    }
                     for (u, given) in [(&u1[i], &mut g1[i]), (&u2[i], &mut g2[i]), (&u3[i], &mut g3[i])] {
                         *given += drho * excess[i] * u;
                     }

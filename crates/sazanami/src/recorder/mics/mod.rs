@@ -14,7 +14,7 @@ use sazanami_mics::solver::{Solver, StepReport};
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::budget::{LiquidBudget, LiquidVolume, MomentumBudget};
-use sazanami_observe::erosion::{Erosion, ErosionSettings, InitialBed, VolumeCourse};
+use sazanami_observe::erosion::{CraterCourse, Erosion, ErosionSettings, InitialBed, VolumeCourse};
 use sazanami_observe::splash::SplashTracker;
 
 use super::bed::GatheredGrains;
@@ -48,8 +48,10 @@ pub(super) const BEFORE: &str = "observe/before_impact/";
 const VOLUME_COURSE: &str = "observe/volume_course";
 const RESTED: &str = "observe/rested";
 const COURSE_BELOW_RIM: &str = "observe/course_below_rim";
-/// A crater at rest keeps its volumes within this part for so long \[s].
+/// A crater is not waited for that has been at rest for so long \[s], and of which what flies could change this part at most.
 const KEPT: [Real; 2] = [0.03, 10e-3];
+/// What grains fill when they have come down, over their own volume: as loose as sand lies.
+const LOOSE: Real = 2.0;
 const LIQUID_TRACE: &str = "observe/liquid_trace";
 
 /// Energies as measured last \[J].
@@ -65,11 +67,9 @@ pub(crate) struct GridObserver {
     initial: Option<InitialBed>,
     /// The bed before the impact, as it goes into every checkpoint; empty on ranks without files.
     before: Snapshot,
-    /// V of each row of the series.
-    course: VolumeCourse,
-    /// The volume below the rim of each row.
-    below_rim: VolumeCourse,
-    /// Whether the crater was at rest in the last row.
+    /// The crater in each row of the series.
+    course: CraterCourse,
+    /// Whether the crater in the last row need not be waited for.
     rested: bool,
     splash: Option<SplashTracker>,
     /// None of a flow that is given: nothing acts on its momentum.
@@ -139,8 +139,7 @@ impl GridObserver {
         self.liquid = Some(LiquidBudget::restore(snapshot)?);
         self.splash = SplashTracker::restore(snapshot).ok();
         self.initial = initial_heights(snapshot);
-        self.course = volume_course(snapshot);
-        self.below_rim = course(snapshot, COURSE_BELOW_RIM);
+        self.course = crater_course(snapshot);
         self.rested = snapshot.reals(RESTED).is_ok_and(|rested| rested == [1.0]);
         if leads {
             // Checkpoints of earlier versions have no such bed.
@@ -165,8 +164,7 @@ impl Observer for GridObserver {
             erosion: erosion_settings(job.case),
             initial: None,
             before: Snapshot::default(),
-            course: VolumeCourse::default(),
-            below_rim: VolumeCourse::default(),
+            course: CraterCourse::default(),
             rested: false,
             splash: None,
             momentum: None,
@@ -238,12 +236,11 @@ impl Observer for GridObserver {
 
     fn note_row(&mut self, time: Real) {
         if let Some(erosion) = &self.findings.erosion {
-            self.course.add(time, erosion.crater.volume);
-            self.below_rim.add(time, erosion.crater.volume_direct);
+            self.course.add(time, [erosion.crater.volume, erosion.crater.volume_direct]);
             let [part, span] = KEPT;
             self.rested = self.erosion.as_ref().is_some_and(|settings| erosion.has_crater(settings.grain_size))
-                && erosion.airborne_grains == 0
-                && [&self.course, &self.below_rim].into_iter().all(|course| course.keeps(part, span));
+                && LOOSE * erosion.airborne_volume <= part * erosion.crater.volume_direct
+                && self.course.rest(erosion).is_ok_and(|rest| rest.at_rest && time - rest.since >= span);
         }
     }
 
@@ -317,8 +314,8 @@ impl Observer for GridObserver {
             snapshot.put_reals(INITIAL_NOISE, vec![initial.noise, initial.noise_below_rim]);
         }
         if self.erosion.is_some() {
-            snapshot.put_reals(VOLUME_COURSE, self.course.pairs());
-            snapshot.put_reals(COURSE_BELOW_RIM, self.below_rim.pairs());
+            snapshot.put_reals(VOLUME_COURSE, self.course.cap.pairs());
+            snapshot.put_reals(COURSE_BELOW_RIM, self.course.below_rim.pairs());
             snapshot.put_reals(RESTED, vec![Real::from(u8::from(self.rested))]);
         }
         self.before.sections().for_each(|(name, section)| snapshot.put(name, section.clone()));
@@ -350,13 +347,10 @@ fn front(solver: &Solver) -> Option<Real> {
     found.is_finite().then_some(found)
 }
 
-/// V of each row of the series up to a checkpoint; empty in those of earlier versions.
-pub(super) fn volume_course(snapshot: &Snapshot) -> VolumeCourse {
-    course(snapshot, VOLUME_COURSE)
-}
-
-fn course(snapshot: &Snapshot, section: &str) -> VolumeCourse {
-    snapshot.reals(section).map_or_else(|_| VolumeCourse::default(), VolumeCourse::from_pairs)
+/// The crater in each row of the series up to a checkpoint; empty in those of earlier versions.
+pub(super) fn crater_course(snapshot: &Snapshot) -> CraterCourse {
+    let course = |section| snapshot.reals(section).map_or_else(|_| VolumeCourse::default(), VolumeCourse::from_pairs);
+    CraterCourse { cap: course(VOLUME_COURSE), below_rim: course(COURSE_BELOW_RIM) }
 }
 
 /// The initial bed as the run evaluated it.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::budget::MomentumBudget;
-use sazanami_observe::erosion::{Erosion, ErosionError, Known, Rest, RestError, VolumeCourse};
+use sazanami_observe::erosion::{CraterCourse, Erosion, ErosionError, Known, Rest, RestError};
 use sazanami_observe::splash::Splash;
 use serde_json::{Map, Value, json};
 
@@ -40,11 +40,11 @@ impl Findings {
     }
 
     /// Judges by the `course` before whether the crater, as it was evaluated at `time` \[s], has come to rest.
-    pub fn set_rest(&mut self, course: &VolumeCourse, time: Real) {
+    pub fn set_rest(&mut self, course: &CraterCourse, time: Real) {
         self.rest = self.erosion.as_ref().map(|erosion| {
             let mut course = course.clone();
-            course.add(time, erosion.crater.volume);
-            course.rest(erosion.volume_uncertainty())
+            course.add(time, [erosion.crater.volume, erosion.crater.volume_direct]);
+            course.rest(erosion)
         });
     }
 
@@ -140,13 +140,13 @@ pub(crate) const EROSION: &[Field<Evaluated>] = quantities! {
     "airborne_grains", "", "grains in flight, which are left out" => |erosion| json!(erosion.airborne_grains);
 };
 
-/// Fields of `observables.crater_rest`: by the course of V, as `series.csv` has it.
+/// Fields of `observables.crater_rest`: by the course of the volume below the rim, as `series.csv` has it.
 pub(crate) const REST: &[Field<Rest>] = quantities! {
-    "at_rest", "", "whether the crater has come to rest: V has kept within its uncertainty for a tenth of the run or longer, and its mean over the second half of that time is that over the first half to a quarter of the uncertainty"
+    "at_rest", "", "whether the crater has come to rest: the volume below its rim has kept within its uncertainty, 3 % at least, for a tenth of the run or longer, and its mean over the second half of that time is that over the first half to a quarter of the uncertainty"
         => |rest| json!(rest.at_rest);
-    "within_uncertainty_since_s", "s", "time from which V stays within its uncertainty of the last one"
+    "within_uncertainty_since_s", "s", "time from which the volume below the rim stays within its uncertainty, 3 % at least, of the last one"
         => |rest| json!(rest.since);
-    "late_drift_mm3", "mm^3", "mean of V over the second half of the time since then, less that over the first"
+    "late_drift_mm3", "mm^3", "mean of that volume over the second half of the time since then, less that over the first"
         => |rest| json!(1e9 * rest.drift);
 };
 
