@@ -132,7 +132,7 @@ pub const CASES: &[Case] = &[
     case!("mps-operators", moving_particles::operators),
     case!("mps-hydrostatics", moving_particles::hydrostatics),
     case!("mps-void-fraction", moving_particles::void_fraction),
-    case!("mps-settling-grain", moving_particles::settling_grain),
+    case!("mps-settling-grain"),
     case!("mps-packed-bed", moving_particles::packed_bed),
     case!("mps-resting-bed", moving_particles::resting_bed),
     case!("mps-repose", moving_particles::repose),

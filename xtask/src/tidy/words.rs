@@ -10,18 +10,6 @@ use crate::links::files_below;
 
 /// Tables whose words choose among schemes.
 const TABLES: [&str; 6] = ["contact", "coupling", "dem", "fluid", "overlap", "particles"];
-/// Words whose fate is open: tests alone use them.
-const UNDECIDED: [&str; 8] = [
-    "fluid.viscosity = \"explicit\"",
-    "fluid.viscosity = \"implicit\"",
-    "overlap.added_mass = \"constant\"",
-    "overlap.added_mass = \"zuber\"",
-    "overlap.drag = \"di_felice\"",
-    "overlap.exchange = \"implicit\"",
-    "overlap.lift = \"mei\"",
-    "overlap.lift = \"saffman\"",
-];
-
 /// A word of a key.
 struct Word {
     path: String,
@@ -42,21 +30,13 @@ pub fn unused(root: &Path) -> io::Result<Vec<String>> {
     let uses = format!("{}{}{programs}", sources("cases", "toml")?, sources("verification", "toml")?);
     let declared = choices(&sources("crates", "rs")?);
     let unused = words().into_iter().filter(|word| !is_used(word, &declared, &uses));
-    let unused: Vec<String> = unused.map(|word| format!("{} = \"{}\"", word.path, word.word)).collect();
-    Ok(problems(&unused, &UNDECIDED))
-}
-
-/// Unused words that are not among the `undecided` ones, and undecided ones that are not unused.
-fn problems(unused: &[String], undecided: &[&str]) -> Vec<String> {
-    let new = unused.iter().filter(|word| !undecided.contains(&word.as_str()));
-    let new = new.map(|word| {
+    let problem = |Word { path, word, .. }: Word| {
         format!(
-            "`{word}` is used by no shipped case and no row of verification: remove it (sazanami-case/src/removed.rs)"
+            "`{path} = \"{word}\"` is used by no shipped case and no row of verification: remove it \
+             (sazanami-case/src/removed.rs)"
         )
-    });
-    let old = undecided.iter().filter(|word| !unused.iter().any(|unused| unused == *word));
-    new.chain(old.map(|word| format!("`{word}` is used or gone: take it off the list in xtask/src/tidy/words.rs")))
-        .collect()
+    };
+    Ok(unused.map(problem).collect())
 }
 
 /// The words that are neither defaults nor lines of the preset, of this key or of another one with the same words.
@@ -168,14 +148,6 @@ choices! {
         for uses in ["flow = \"down\"", "Other::AgainstGravity", "up"] {
             assert!(!is_used(&word, &declared, uses), "{uses}");
         }
-    }
-
-    #[test]
-    fn the_list_of_undecided_words_holds_what_is_unused_and_no_more() {
-        let unused = ["a.b = \"c\"".to_owned(), "a.b = \"d\"".to_owned()];
-        assert!(problems(&unused, &["a.b = \"c\"", "a.b = \"d\""]).is_empty());
-        assert!(problems(&unused, &["a.b = \"c\""])[0].contains("`a.b = \"d\"` is used by no"));
-        assert!(problems(&unused[..1], &["a.b = \"c\"", "a.b = \"e\""])[0].contains("`a.b = \"e\"` is used or gone"));
     }
 
     #[test]

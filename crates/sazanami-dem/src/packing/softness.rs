@@ -11,7 +11,8 @@ use crate::grain::GrainRecord;
 const IMPACT: Real = 0.15;
 /// The same of a contact under the weight of the bed; twice as much among unlike sizes.
 const RESTING: Real = 0.05;
-/// The same of the finest grains under the weight of a coarse one.
+/// The same of the finest grains under the weight of a coarse one that lies on three. On one alone, as while it finds its place, it
+/// is three times as much, 1.2 radii: from two on the fine grain is within the coarse one.
 const CRUSHED: Real = 0.4;
 /// Values that go by factors of two, over the least that is needed, in the mean.
 const ROUNDED: Real = 1.5;

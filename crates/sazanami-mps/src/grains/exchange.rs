@@ -47,10 +47,40 @@ impl GrainPhase {
             for_each_chunk(&mut change[..], ROWS, |_, change| change.fill(Vector::ZERO));
             return Vector::ZERO;
         }
+        self.gather_givers(step, tank);
+        let (particle_mass, domain) = (step.particle_mass(), step.domain);
+        let radius = self.sources.smoothing().0;
+        let Self { impulses, gates, bulk, felt, .. } = &*self;
+        let (gates, bulk, felt, floor) = (&gates[..], &bulk[..], &felt[..], floor(tank));
+        for_each_chunk(&mut change[..], ROWS, |number, change| {
+            for (row, change) in change.iter_mut().enumerate() {
+                let a = number * ROWS + row;
+                *change = Vector::ZERO;
+                let x = particles.position[a];
+                if particles.kind[a] != Kind::Fluid || !impulses.is_near(x) {
+                    continue;
+                }
+                let (gate, cube) = (near(gates, x, radius), solid_cubed(inverse_void[a]));
+                let [i, j, k, resistance] = impulses.sum(x, |pair, giver: &[Lanes; GIVEN]| {
+                    let [p, q, r, i, j, k, resists, clear, solid, mirrored] = giver;
+                    let weight = lanes(|l| {
+                        let source = (Vector::new(p[l], q[l], r[l]), mirrored[l] > 0.0);
+                        let seen = gates.is_empty() || is_seen(gate, x, source, floor);
+                        if seen { pair.weight[l] * (clear[l] + solid[l] * cube) } else { 0.0 }
+                    });
+                    [i, j, k, resists].map(|values| lanes(|l| weight[l] * values[l]))
+                });
+                *change = -bulk[a] / particle_mass * (Vector::new(i, j, k) + resistance * felt[a]);
+            }
+        });
+        let change = &change[..];
+        Vector::from_array(domain.sum(sum_of(change.len(), |a| (particle_mass * change[a]).to_array())))
+    }
+
+    /// Sorts what the grains give back, images behind walls included, into bins.
+    fn gather_givers(&mut self, step: &Context<'_>, tank: &Tank) {
         let Context { domain, dt, .. } = *step;
-        let particle_mass = step.particle_mass();
-        let Self { engine, coupling, sources, shared, places, givers, giver_ids, impulses, gates, bulk, felt, .. } =
-            self;
+        let Self { engine, coupling, sources, shared, places, givers, giver_ids, impulses, .. } = self;
         let (radius, _) = sources.smoothing();
         let has_more = coupling.has_more_than_drag();
         let grains = engine.grains();
@@ -113,29 +143,5 @@ impl GrainPhase {
             },
             |n| givers[n],
         );
-        let (impulses, gates, bulk, felt, floor) = (&*impulses, &gates[..], &bulk[..], &felt[..], floor(tank));
-        for_each_chunk(&mut change[..], ROWS, |number, change| {
-            for (row, change) in change.iter_mut().enumerate() {
-                let a = number * ROWS + row;
-                *change = Vector::ZERO;
-                let x = particles.position[a];
-                if particles.kind[a] != Kind::Fluid || !impulses.is_near(x) {
-                    continue;
-                }
-                let (gate, cube) = (near(gates, x, radius), solid_cubed(inverse_void[a]));
-                let [i, j, k, resistance] = impulses.sum(x, |pair, giver: &[Lanes; GIVEN]| {
-                    let [p, q, r, i, j, k, resists, clear, solid, mirrored] = giver;
-                    let weight = lanes(|l| {
-                        let source = (Vector::new(p[l], q[l], r[l]), mirrored[l] > 0.0);
-                        let seen = gates.is_empty() || is_seen(gate, x, source, floor);
-                        if seen { pair.weight[l] * (clear[l] + solid[l] * cube) } else { 0.0 }
-                    });
-                    [i, j, k, resists].map(|values| lanes(|l| weight[l] * values[l]))
-                });
-                *change = -bulk[a] / particle_mass * (Vector::new(i, j, k) + resistance * felt[a]);
-            }
-        });
-        let change = &change[..];
-        Vector::from_array(domain.sum(sum_of(change.len(), |a| (particle_mass * change[a]).to_array())))
     }
 }

@@ -1,4 +1,4 @@
-//! Void fractions, a grain that falls, flow through a bed, a bed at rest.
+//! Void fractions, flow through a bed, a bed at rest.
 
 use std::f64::consts::PI;
 
@@ -12,7 +12,7 @@ use super::vessel::{
 use super::vessel::{advance, fluid, lattice, under, zero_above_surface};
 use sazanami_mps::boundary::WallFriction;
 use sazanami_mps::filling;
-use sazanami_mps::grains::{DragParameters, GrainPhase, Voids, volume};
+use sazanami_mps::grains::{GrainPhase, Voids, volume};
 use sazanami_mps::pressure::hydrostatic;
 use sazanami_mps::scheme::Scheme;
 use sazanami_mps::solver::{FluidParticle, Forcing, Solver};
@@ -117,70 +117,6 @@ pub fn lattice_voids() -> Result<LatticeVoids, ExperimentError> {
         rate: share(&rate),
         rate_of_fluid_alone: share(&still),
     })
-}
-
-/// A grain that falls in a closed tank.
-#[derive(Clone, Copy, Debug)]
-pub struct Falling {
-    /// Speed at the end over that of a grain with the same drag law in water at rest, which is `expected` [m/s].
-    pub speed: Real,
-    /// The same, as root mean square difference over the way, over the expected speed at the end.
-    pub history: Real,
-    /// Speed by the drag law at the end [m/s].
-    pub expected: Real,
-    /// Largest sum of the impulses of drag on grain and fluid, over that on the grain.
-    pub momentum: Real,
-    /// The same at the end if the fluid's shares were weights over n0, not over their sum round the grain.
-    pub momentum_by_density: Real,
-}
-
-/// A grain of density 2650 kg/m^3 and 1 mm in a tank of 20 x 20 x 60 diameters (rounded to the lattice), released at
-/// rest, for `end` \[s]; fluid particles of `spacing` diameters. The grain may be of another `density` [kg/m^3] than the one
-/// that the drag law is asked for.
-///
-/// # Errors
-/// [`ExperimentError`] if a step fails.
-pub fn falling_grain(scheme: Scheme, spacing: Real, density: Real, end: Real) -> Result<Falling, ExperimentError> {
-    let d = DIAMETER;
-    let size = [20.0, 20.0, 60.0].map(|n: Real| (n / spacing).round() as usize);
-    let mut vessel = Vessel::new(size, spacing * d, [WALLS, WALLS, OPEN_TOP]).filled([size[0], size[1], size[2] - 3]);
-    (vessel.diameter, vessel.scheme) = (d, scheme);
-    vessel.longest = 5e-4;
-    let start = Vector::new(10.13 * d, 9.88 * d, (size[2] - 3) as Real * spacing * d - 8.0 * d);
-    vessel.grains = vec![Grain::new(0, density, start)];
-    let mut solver = vessel.solver()?;
-    let law = DragParameters::recommended(DENSITY, DENSITY * vessel.viscosity);
-    let (mass, weight) = (GRAIN_DENSITY * volume(d), (GRAIN_DENSITY - DENSITY) * volume(d) * GRAVITY);
-    let (mut expected, mut before): (Real, Real) = (0.0, 0.0);
-    let (mut found, mut momentum): (Real, Real) = (0.0, Real::NAN);
-    let mut sums = [0.0; 2];
-    advance(&mut solver, [0.0, end], under(DOWN), |time, solver, report| {
-        let steps = 50;
-        let dt = (time - before) / Real::from(steps);
-        for _ in 0..steps {
-            let rate = law.coefficient(d, 1.0, expected) / mass;
-            expected = (expected + dt * weight / mass) / (1.0 + dt * rate);
-        }
-        before = time;
-        found = -solver.grains().engine().grains().velocity[0].z;
-        sums[0] += (found - expected).powi(2);
-        sums[1] += 1.0;
-        let coupling = &report.coupling;
-        let given = (coupling.drag_on_grains + coupling.drag_on_fluid).length() / coupling.drag_on_grains.length();
-        // Not a number as long as nothing drags at all.
-        momentum = momentum.max(given);
-    })?;
-    let history = (sums[0] / sums[1]).sqrt() / expected;
-    let (weight, sums) = weight_of(&solver);
-    let grain = solver.grains().engine().grains().position[0];
-    let particles = solver.particles();
-    let share = |a: usize| {
-        let place = particles.position[a];
-        weight.value((place - grain).length()) / solver.grains().void_fraction(place)
-    };
-    let support: Real = fluid(&solver).map(share).sum();
-    let momentum_by_density = (support / sums.number_density - 1.0).abs();
-    Ok(Falling { speed: found / expected, history, expected, momentum, momentum_by_density })
 }
 
 /// Weight of the solver and its sums on a lattice.

@@ -18,9 +18,7 @@ mod waves;
 pub use at_rest::{Rest, RestSetup, falling_block, rest};
 pub use bed_load::{BedLoad, bed_load};
 pub use bed_stress::{BedStress, bed_stress, started_flow};
-pub use beds::{
-    Falling, LatticeVoids, RestingBed, Seepage, dry_bed, falling_grain, lattice_voids, resting_bed, seepage,
-};
+pub use beds::{LatticeVoids, RestingBed, Seepage, dry_bed, lattice_voids, resting_bed, seepage};
 pub use drop::{Ellipse, StretchedDrop, stretching_drop};
 pub use fluidised::{BedOnSieve, FluidisedBed};
 pub use interior::{CollidedDrops, TurningPatch, Vortices, colliding_drops, taylor_green, turning_patch};

@@ -9,6 +9,8 @@
 //! difference if it is small: a lack of more is gas that has come in, and what is more than full, like the rest of a cell without room,
 //! waits where it is and is tried again in the next step. The equations of whole cells cannot bear a room far from the open part.
 
+use std::ops::Range;
+
 use sazanami_numerics::domain::{Domain, GhostRules};
 use sazanami_numerics::grid::{Field, GHOSTS};
 use sazanami_numerics::{Real, Vector};
@@ -335,7 +337,7 @@ impl Room {
         dt: Option<Real>,
         has_ghosts: bool,
     ) -> Real {
-        let Self { open, given, excess, settler, .. } = self;
+        let Self { open, excess, settler, .. } = self;
         let Settler { planes, before, beyond, weights } = settler;
         let [_, width, plane] = domain.strides().map(|stride| stride as usize);
         let [n1, n2, n3] = domain.cells();
@@ -399,13 +401,12 @@ impl Room {
             near.clear();
             for &at in &hot[k + 1] {
                 let at = at as usize;
-                let [i, j, _] = cell(at);
-                let beside = [at, at - 1, at + 1, at - width, at + width];
-                if (1..n1 as isize - 1).contains(&i) && (1..n2 as isize - 1).contains(&j) {
-                    near.extend(beside.map(|at| at as u32));
-                } else {
-                    near.extend(beside.into_iter().filter(|&at| inside(at)).map(|at| at as u32));
-                }
+                near.extend(
+                    [at, at - 1, at + 1, at - width, at + width]
+                        .into_iter()
+                        .filter(|&at| inside(at))
+                        .map(|at| at as u32),
+                );
             }
             near.extend(hot[k].iter().map(|&at| at as usize + plane).filter(|&at| inside(at)).map(|at| at as u32));
             near.extend(hot[k + 2].iter().map(|&at| at as usize - plane).filter(|&at| inside(at)).map(|at| at as u32));
@@ -414,6 +415,13 @@ impl Room {
             changes.clear();
             changes.extend(near.iter().filter_map(|&at| cells.change(cell(at as usize), at as usize)));
         });
+        self.take_changes(flow, interior, plane);
+        moved
+    }
+
+    /// Puts the changes of a round into the fields; the planes of the `interior` have `plane` cells each.
+    fn take_changes(&mut self, flow: &mut Flow, interior: Range<usize>, plane: usize) {
+        let Self { given, excess, settler: Settler { planes, .. }, .. } = self;
         let [u1, u2, u3] = flow.velocity.each_mut().map(Field::data_mut);
         let [g1, g2, g3] = given.each_mut().map(Field::data_mut);
         let fields = [flow.volume_fraction.data_mut(), excess.data_mut(), u1, u2, u3, g1, g2, g3];
@@ -429,7 +437,6 @@ impl Room {
                 g.2.data[i] += change.given.z;
             }
         });
-        moved
     }
 
     /// Leaves what no round has placed: a full cell keeps a small one as a difference of its room, to be settled later, and gives a larger

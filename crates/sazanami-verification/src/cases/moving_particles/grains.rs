@@ -104,25 +104,6 @@ pub fn bed_stress() -> Result<Vec<Measured>, String> {
     Ok(rows)
 }
 
-/// One grain in water at rest.
-pub fn settling_grain() -> Result<Vec<Measured>, String> {
-    let mut rows = Vec::new();
-    for spacing in [1.0, 1.5, 2.0] {
-        let found =
-            experiments::falling_grain(Scheme::default(), spacing, experiments::GRAIN_DENSITY, 0.15).map_err(said)?;
-        let name = format!("l0/d {spacing}");
-        rows.push(Measured::new(format!("{name}: speed after 0.15 s"), found.speed * found.expected));
-        rows.push(Measured::new(format!("{name}: rms difference from one-way coupling"), found.history));
-        rows.push(Measured::new(format!("{name}: sum of drag on grain and fluid"), found.momentum));
-        let by_density = found.momentum_by_density;
-        rows.push(Measured::new(format!("control, {name}: sum of drag with shares over n0"), by_density));
-    }
-    let heavier =
-        experiments::falling_grain(Scheme::default(), 1.5, 1.1 * experiments::GRAIN_DENSITY, 0.15).map_err(said)?;
-    rows.push(Measured::new("control, l0/d 1.5: speed of a grain a tenth heavier, over", heavier.speed));
-    Ok(rows)
-}
-
 /// Flow through a bed.
 pub fn packed_bed() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();

@@ -9,7 +9,7 @@ mod waves;
 
 pub(crate) use flows::{conservation, hydrostatics, jets, standing_wave, stretching_drop};
 pub(crate) use fluid::operators;
-pub(crate) use grains::{bed_load, bed_stress, packed_bed, repose, resting_bed, settling_grain, void_fraction};
+pub(crate) use grains::{bed_load, bed_stress, packed_bed, repose, resting_bed, void_fraction};
 pub(crate) use published::published;
 pub(crate) use suspended::{fluidised_bed, hindered_settling};
 
