@@ -354,7 +354,7 @@ fn a_run_until_rest_ends_when_its_crater_has_kept_for_ten_milliseconds() {
         let rest = &summary["observables"]["crater_rest"];
         let [end, since] = [&summary["time_s"], &rest["within_uncertainty_since_s"]].map(|time| time.as_f64().unwrap());
         let series = Table::read(&folder.join("series.csv"));
-        (end, since, rest["at_rest"] == true, series.column("erosion_volume_below_rim [m^3]"))
+        (end, since, rest["at_rest"] == true, series.column("erosion_volume_below_rim"))
     };
     let (end, since, rests, volumes) = run("rest", "80 ms");
     assert!(rests && end < 0.06, "{end} {since}");
