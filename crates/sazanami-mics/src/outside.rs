@@ -37,6 +37,16 @@ pub enum PressureSide {
     Periodic,
 }
 
+impl PressureSide {
+    /// The same side with no pressure outside.
+    pub(crate) fn without_pressure(self) -> Self {
+        match self {
+            Self::Fixed { fluid, .. } => Self::Fixed { pressure: 0.0, fluid },
+            other => other,
+        }
+    }
+}
+
 /// The fluid outside all open sides of the box.
 #[derive(Default)]
 pub(crate) struct Outside {

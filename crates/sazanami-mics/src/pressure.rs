@@ -146,6 +146,11 @@ impl Projection {
         }
     }
 
+    /// Sets what stands at the sides of the box, which are open where they were.
+    pub(crate) fn set_sides(&mut self, sides: [[PressureSide; 2]; 3]) {
+        self.sides = sides;
+    }
+
     /// Gives the fluid outside open sides a `gravity` [m/s^2], for a box that holds fluid of this `density`. Without it the
     /// pressure is the same all over a side.
     pub(crate) fn set_outside(&mut self, domain: &Domain, gravity: Vector, fluids: &Fluids, density: &Field<Real>) {

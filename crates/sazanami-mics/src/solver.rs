@@ -19,7 +19,7 @@ use crate::grains::room::Room;
 use crate::grains::{Coupling, GrainPhase, ImprintReport};
 use crate::momentum::{Impulses, StoredMomentum};
 use crate::outside::place_on_side;
-use crate::pressure::{PressureError, PressureReport, Projection, Tolerance};
+use crate::pressure::{PressureError, PressureReport, PressureSide, Projection, Tolerance};
 use crate::stability::{Rates, Step, StepLimits};
 use crate::surface_tension::SurfaceTension;
 use crate::transport::TransportReport;
@@ -142,7 +142,9 @@ impl Solver {
         shapes: Arc<[Shape]>,
         coupling: Coupling,
     ) -> Result<Self, StepError> {
-        let mut projection = Projection::new(&domain, boundary.pressure_sides());
+        // The fluid outside is without pressure at first: what that differs by would act for the length of a step.
+        let sides = boundary.pressure_sides();
+        let mut projection = Projection::new(&domain, sides.map(|pair| pair.map(PressureSide::without_pressure)));
         let mut grains = GrainPhase::new(&domain, engine, shapes, coupling);
         flow.fill_halos(&domain, &boundary);
         // Without gravity: only the divergence of the initial velocity matters.
@@ -150,6 +152,7 @@ impl Solver {
         flow.predict_faces(&domain, &boundary, Vector::ZERO, dt);
         let Flow { density, velocity, face_velocity, .. } = &mut flow;
         projection.project(&domain, density, velocity, face_velocity, Vector::ZERO, dt, &settings.tolerance)?;
+        projection.set_sides(sides);
         projection.set_outside(&domain, boundary.gravity_outside(), &flow.fluids, &flow.density);
         flow.fill_halos(&domain, &boundary);
         grains.begin_exchange(&domain, &flow, settings.gravity);

@@ -94,6 +94,31 @@ fn fluids_at_rest_beside_open_sides_stay_at_rest() {
 }
 
 #[test]
+fn a_bath_below_holds_a_column_whatever_the_longest_step() {
+    let scratch = Scratch::new("open-bath");
+    let pool = below([0.0, 0.0, 43.0], [0.0, 0.0, 1.0]);
+    // What stands 43 mm high and has gas at its surface, at the height of the lid; 1.2 and 1000 kg/m^3.
+    let energy = |pressure: Real, longest: &str| {
+        let floor = format!("{{ fixed_pressure = {{ fluid = \"liquid\", pressure = \"{pressure} Pa\" }} }}");
+        let sides = open(&format!("x3_upper = \"outflow\", x3_lower = {floor}"));
+        let folder = scratch.join(&format!("{longest} {pressure}"));
+        let longest = format!("fluid.dt_max={longest}");
+        largest(
+            &ran(BOX, &[&sides, &pool, &longest, "run.until=5 ms"], &folder, On::threads(1)),
+            "kinetic_energy_fluid",
+        )
+    };
+    let held = -998.8 * 9.81 * 0.057;
+    for longest in ["1 ms", "1 s"] {
+        let energy = energy(held, longest);
+        assert!(energy < 1e-18, "{longest}: {energy}");
+    }
+    // Negative control: a centimetre more lifts it, as little as it has had time for.
+    let [short, long] = ["1 ms", "1 s"].map(|longest| energy(held + 98.1, longest));
+    assert!(short > 1e-6 && (long / short - 1.0).abs() < 0.2, "{short} {long}");
+}
+
+#[test]
 fn layers_that_flow_through_keep_their_profile() {
     let scratch = Scratch::new("open-layers");
     let velocity = "velocity = [\"0.2 m/s\", \"0 m/s\", \"0 m/s\"]";
