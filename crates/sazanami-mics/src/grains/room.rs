@@ -268,13 +268,10 @@ impl Room {
                 for (i, at) in row.shifted(0).enumerate() {
                     let index = [row.first + i as isize, row.j, row.k][d];
                     let on_side = (lower && index == 0) || (upper && index == last);
-                    if on_side {
-                        continue;
-                    }
-                    if is_shared(at) || is_shared(at - behind) {
-                        uf[i] += sign * fluxes[at];
-                    } else if alpha[at] > 0.0 && alpha[at - behind] > 0.0 {
-                        uf[i] += sign * 0.5 * (carried(at) + carried(at - behind));
+                    if alpha[at] > 0.0 && alpha[at - behind] > 0.0 && !on_side {
+                        let shared = is_shared(at) || is_shared(at - behind);
+                        let mean = || 0.5 * (carried(at) + carried(at - behind));
+                        uf[i] += sign * if shared { fluxes[at] } else { mean() };
                     }
                 }
             });

@@ -10,7 +10,7 @@ use sazanami_numerics::Real;
 use sazanami_numerics::snapshot::Snapshot;
 use serde_json::Value;
 
-use crate::support::{Listener, On, Scratch, checkpoints, go_on, load, newest, start, summary};
+use crate::support::{Listener, On, Scratch, Table, checkpoints, go_on, load, newest, start, summary};
 
 /// A shallow bed of beads that a drop falls on; some are thrown up.
 const BEADS: &str = r#"
@@ -339,4 +339,31 @@ fn a_changed_case_is_reported_and_one_that_does_not_fit_is_not_evaluated() {
     assert!(lines.unwrap().iter().any(|line| line.starts_with("erosion volume V")));
     assert!(said.iter().any(|text| text.contains("a shape that the case does not have")), "{said:#?}");
     assert_eq!(analysed(&folder, &["erosion.dr=0.4 mm"]).0.unwrap_err().exit_code(), exit::WRONG_INPUT);
+}
+
+#[test]
+fn a_run_until_rest_ends_when_its_crater_has_kept_for_ten_milliseconds() {
+    let scratch = Scratch::new("analysis-rest");
+    let case = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/raindrop/small.toml");
+    let run = |name: &str, latest: &str| {
+        let folder = scratch.join(name);
+        let overrides = [format!("run={{until=\"rest\",latest=\"{latest}\"}}"), "output.figures.at=[]".into()];
+        let loaded = sazanami::case::load(&case, &overrides).unwrap_or_else(|error| panic!("{error}"));
+        start(&loaded, &folder, On::threads(2)).unwrap();
+        let summary = summary(&folder);
+        let rest = &summary["observables"]["crater_rest"];
+        let [end, since] = [&summary["time_s"], &rest["within_uncertainty_since_s"]].map(|time| time.as_f64().unwrap());
+        let series = Table::read(&folder.join("series.csv"));
+        (end, since, rest["at_rest"] == true, series.column("erosion_volume_below_rim"))
+    };
+    let (end, since, rests, volumes) = run("rest", "80 ms");
+    assert!(rests && end < 0.06, "{end} {since}");
+    assert!((0.010..0.013).contains(&(end - since)), "{end} {since}");
+    // Ten milliseconds of rows, a millisecond each, within 3 % of the last.
+    let last = *volumes.last().unwrap();
+    assert!(volumes.iter().rev().take(11).all(|volume| (volume / last - 1.0).abs() < 0.03), "{volumes:?}");
+    // Negative control: one row before the rest the run ends by its latest time.
+    let latest = end - 2e-3;
+    let (end, since, ..) = run("latest", &format!("{latest} s"));
+    assert!((end - latest).abs() < 1e-9 && end - since < 0.010, "{end} {since}");
 }
