@@ -7,7 +7,9 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
-use sazanami_parallel::{Communicator, Solo, run_ranks};
+use sazanami_parallel::Solo;
+
+use crate::cloud::{bits_agree, fall};
 
 const RADIUS: Real = 1e-3;
 const PAIR: [Real; 2] = [RADIUS; 2];
@@ -177,65 +179,16 @@ fn a_wet_column_stands_where_a_dry_one_falls() {
     assert!(wet > 1.3 * dry, "{dry} {wet}");
 }
 
-/// A cloud of wet balls that falls on a floor.
-fn fall(
-    communicator: Box<dyn Communicator>,
-    bridge: Option<Bridge>,
-    from: Option<&Snapshot>,
-    steps: usize,
-) -> Snapshot {
-    let grid = Grid::new([24, 16, 8], Vector::ZERO, Vector::new(0.02, 0.02, 0.03));
-    let domain = Domain::new(grid, [true, true, false], communicator).expect("the case is sound");
-    let setup = Setup { ghost_margin: 1e-3, ..setup(bridge, vec![Wall::at_rest(Vector::ZERO, Vector::Z, 0)]) };
-    let mut random = Random::new(5);
-    let mut grains: Vec<Grain> = (0..120)
-        .map(|n| Grain { scale: random.between(0.5, 1.0), ..Grain::new(7 * n % 121, 2650.0, Vector::ZERO) })
-        .collect();
-    let mut settings = PackingSettings::new(Vector::ZERO, Vector::new(0.02, 0.02, 1.0));
-    settings.lattice = Lattice::Low;
-    settings.arrange(&setup.bodies, &mut grains).expect("the case is sound");
-    for grain in &mut grains {
-        grain.velocity = Vector::new(0.6, 0.3, -0.5) + random.between(-0.5, 0.5) * Vector::X;
-    }
-    let nothing = Snapshot::default();
-    let mut engine = match from {
-        None => Engine::new(&domain, setup, &grains),
-        Some(from) => {
-            let from = if domain.communicator().rank() == 0 { from } else { &nothing };
-            Engine::restore(&domain, setup, "dem/", from)
-        }
-    }
-    .expect("the case is sound");
-    let gravity = Vector::new(0.0, 0.0, -50.0);
-    for _ in 0..steps {
-        engine.advance(&domain, &Loads::none(), gravity, 2e-4, Substeps::Auto).expect("the case is sound");
-    }
-    let mut snapshot = Snapshot::default();
-    engine.snapshot(&domain, "dem/", &mut snapshot);
-    snapshot
-}
-
 #[test]
 fn ranks_threads_and_interruptions_leave_the_bits_alone() {
-    let solo = |bridge, from, steps| fall(Box::new(Solo::default()), bridge, from, steps);
-    let bridge = Some(water());
-    let expected = solo(bridge, None, 80);
-    let half = solo(bridge, None, 40);
-    let held_apart = |snapshot: &Snapshot| {
-        let marks = snapshot.u32("dem/contact.deep").expect("the snapshot is whole");
-        marks.iter().filter(|&marks| marks & 6 == 6).count()
-    };
-    assert!(held_apart(&half) > 5, "{}", held_apart(&half));
-    for (ranks, threads) in [(1, 3), (2, 1), (4, 2)] {
-        let whole = run_ranks(ranks, threads, |c| fall(c, bridge, None, 80)).expect("the case is sound");
-        assert!(whole[0] == expected, "{ranks} ranks, {threads} threads");
-        let resumed = run_ranks(ranks, threads, |c| fall(c, bridge, Some(&half), 40)).expect("the case is sound");
-        assert!(resumed[0] == expected, "{ranks} ranks, {threads} threads, resumed");
-    }
+    let [half, expected] = bits_agree(|| setup(Some(water()), vec![]));
+    let marks = half.u32("dem/contact.deep").expect("the snapshot is whole");
+    let held_apart = marks.iter().filter(|&marks| marks & 6 == 6).count();
+    assert!(held_apart > 5, "{held_apart}");
     // Control: bridges do act.
-    let velocities =
-        |snapshot: &Snapshot| snapshot.reals("dem/grain.velocity").expect("the snapshot is whole").to_vec();
-    assert!(velocities(&solo(None, None, 80)) != velocities(&expected));
+    let dry = fall(Box::new(Solo::default()), setup(None, vec![]), None, 80);
+    let velocities = |of: &Snapshot| of.reals("dem/grain.velocity").expect("the snapshot is whole").to_vec();
+    assert!(velocities(&dry) != velocities(&expected));
 }
 
 #[test]

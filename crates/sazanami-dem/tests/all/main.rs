@@ -1,6 +1,7 @@
 //! Grains by themselves: contacts, conservation, packing, ranks and restarts.
 
 mod bridges;
+mod cloud;
 mod collisions;
 mod conservation;
 mod drag;

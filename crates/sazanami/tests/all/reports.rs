@@ -77,55 +77,6 @@ fn a_longer_run_is_fed_as_long() {
     assert_eq!(go_on("bounded", &["grains.0.count=2"]), [2.0, 2.0], "negative control");
 }
 
-/// A cube and a ball that nothing acts on.
-const FREE: &str = r#"
-solver = "mics"
-gravity = "0 m/s^2"
-[domain]
-size = ["0.4 m", "0.2 m", "0.2 m"]
-cells = [16, 8, 8]
-[boundary]
-all = "slip"
-[fluid]
-viscosity = "off"
-gas = { density = "1e-9 kg/m^3", kinematic_viscosity = "0 m^2/s" }
-[material.g]
-density = "900 kg/m^3"
-[[grains]]
-name = "cube"
-shape.box = { size = ["50 mm", "50 mm", "50 mm"] }
-material = "g"
-placement.list = [{ position = ["0.1 m", "0.1 m", "0.1 m"], velocity = ["1 m/s", "0.2 m/s", "0 m/s"], angular_velocity = ["1 rad/s", "2 rad/s", "3 rad/s"] }]
-[[probe]]
-name = "cube"
-body = { population = "cube", index = 0 }
-every = "10 ms"
-[output]
-fields = { at = [] }
-grains = { at = [] }
-figures = { at = [] }
-[run]
-until = "0.1 s"
-"#;
-
-/// DualSPHysics/DualSPHysics#74: a free body with a velocity is displaced by another way than that velocity; #72: the moments of inertia of a
-/// cube differ.
-#[test]
-fn a_free_cube_moves_and_spins_evenly() {
-    let left = run("report-cube", FREE, &[]);
-    let last = |column: &str| *left.probes[0].1.column(column).last().expect("it was read");
-    for (column, expected) in [("position_1", 0.2), ("position_2", 0.12), ("position_3", 0.1)] {
-        assert!((last(column) - expected).abs() < 1e-7, "{column}: {}", last(column));
-    }
-    for (column, expected) in [("spin_1", 1.0), ("spin_2", 2.0), ("spin_3", 3.0)] {
-        assert!((last(column) - expected).abs() < 1e-5, "{column}: {}", last(column));
-    }
-    // Negative control: a brick with three lengths tumbles.
-    let brick = run("report-brick", FREE, &["grains.0.shape.box.size=[\"50 mm\", \"40 mm\", \"20 mm\"]"]);
-    let spin = *brick.probes[0].1.column("spin_1").last().expect("it was read");
-    assert!((spin - 1.0).abs() > 1e-3, "{spin}");
-}
-
 /// Balls without water.
 const BALLS: &str = r#"
 solver = "mps"
