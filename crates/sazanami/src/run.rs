@@ -222,10 +222,9 @@ fn longer(
     let length = &loaded.case.run;
     let later = |until: &Real| run.flows() && !length.packing_only && *until > length.until;
     let Some(until) = options.until.filter(later) else { return Ok(None) };
-    let keys = [("until", length.end != RunEnd::Rest), ("latest", length.latest.is_some())];
-    let given = keys.into_iter().filter(|(_, given)| *given);
-    let mut longer =
-        case::load(case_file, &given.map(|(key, _)| format!("run.{key}=\"{until} s\"")).collect::<Vec<_>>())?;
+    let end = (length.end != RunEnd::Rest).then(|| format!("run.until=\"{until} s\""));
+    let latest = length.latest.map(|latest| format!("run.latest=\"{} s\"", latest.max(until)));
+    let mut longer = case::load(case_file, &end.into_iter().chain(latest).collect::<Vec<_>>())?;
     longer.case.output.move_end(length.until, until);
     longer.case.grains.iter_mut().for_each(|population| population.move_end(length.until, until));
     Ok(Some(longer))

@@ -29,8 +29,8 @@ impl Default for RunEnd {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Keys)]
 #[keys(check = Self::check)]
 pub struct RunLength {
-    /// Simulated time at the end, or `"rest"`: the run ends when its crater has been at rest for 10 ms (`observables.crater_rest`), in
-    /// eight rows of the series at least, and what grains in flight could fill, packed loosely, is 3 % of the volume below the rim at
+    /// Simulated time at the end, or `"rest"`: the run ends when its crater is at rest (`observables.crater_rest`), the volume below the
+    /// rim has kept within 3 % for 10 ms, in eight rows of the series at least, and what grains in flight could fill, packed loosely, is 3 % of the volume below the rim at
     /// most, and at `latest` if that does not come. Drops, grains and plates that
     /// come later than that rest are not waited for. The time may be left out with `packing_only`.
     #[key(name = "until", unit = "s", range = NonNegative, default = RunEnd::At(Real::NAN), says = "required", example = "0.02 s")]

@@ -72,7 +72,7 @@ fn excess(speeds: &[Real]) -> Real {
 
 #[test]
 fn the_speed_of_a_narrow_grain_does_not_ring_in_long_steps() {
-    // Step over dx^2 / nu. Without the velocity as an unknown all but the heavy grain of 2.5 cells in the first ring or leave the box.
+    // Step over dx^2 / nu. Without the velocity as an unknown both ring or leave the box.
     for (diameter, ratio) in [(1.5, 2.65), (2.5, 0.5)] {
         let right = settle(diameter, ratio, 0.25, 240)[239];
         for step in [1.0, 4.0] {

@@ -29,7 +29,7 @@ pub enum RestError {
     #[error("the course of V before is not known")]
     Unknown,
     /// There was no crater to come to rest.
-    #[error("no crater has formed: V has stayed within its uncertainty of {:.2} mm^3 about zero", 1e9 * .uncertainty)]
+    #[error("no crater has formed: its volume has stayed within its uncertainty of {:.2} mm^3 about zero", 1e9 * .uncertainty)]
     NoCrater {
         /// Of the last volume [m^3].
         uncertainty: Real,
@@ -122,14 +122,23 @@ impl CraterCourse {
         self.below_rim.add(time, below_rim);
     }
 
-    /// When the crater came to rest that is evaluated now, by the volume below its rim, which a grain on the rim hardly changes; up to
-    /// 3 % of it count as uncertain.
+    /// When the crater came to rest that is evaluated now, by the volume below its rim, which a grain on the rim hardly changes, within
+    /// its uncertainty or 3 % of it, whichever is larger.
     ///
     /// # Errors
     /// If the course is one instant long at most, or there never was a crater: V tells it from the roughness of a bed.
     pub fn rest(&self, now: &Erosion) -> Result<Rest, RestError> {
         self.cap.rest(now.volume_uncertainty())?;
         self.below_rim.rest(now.below_rim_uncertainty().max(KEPT * now.crater.volume_direct))
+    }
+
+    /// Whether the crater that is evaluated now has rested for `span` \[s], its volume below the rim within 3 %.
+    #[must_use]
+    pub fn has_kept(&self, now: &Erosion, span: Real) -> bool {
+        let rested = |rest: Result<Rest, RestError>| rest.is_ok_and(|rest| rest.at_rest);
+        let end = self.below_rim.times.last().copied().unwrap_or_default();
+        let kept = self.below_rim.rest(KEPT * now.crater.volume_direct);
+        rested(self.rest(now)) && rested(kept) && kept.is_ok_and(|rest| end - rest.since >= span * (1.0 - 1e-9))
     }
 }
 
@@ -187,10 +196,10 @@ mod tests {
 
     #[test]
     fn the_volume_below_the_rim_decides_whether_a_crater_rests() {
-        let bed = |time: Real| {
+        let bed = |time: Real, uncertainty: Real| {
             let (mut erosion, _) = evaluate_cap(6.0e-3, 2.1e-3, 0.2);
             let [cap, below] = [erosion.crater.volume, erosion.crater.volume_direct];
-            erosion.below_rim_range = [0.99 * below, 1.01 * below];
+            erosion.below_rim_range = [(1.0 - uncertainty) * below, (1.0 + uncertainty) * below];
             let mut course = CraterCourse::default();
             for n in 0..=200 {
                 let late = 1e-3 * Real::from(n) >= time;
@@ -199,11 +208,14 @@ mod tests {
                     [if n % 2 == 0 { 0.9 } else { 1.1 } * cap, if late { below } else { 1.1 * below }],
                 );
             }
-            course.rest(&erosion).expect("there is a crater")
+            (course.rest(&erosion).expect("there is a crater"), course.has_kept(&erosion, 10e-3))
         };
-        assert!(bed(0.1).at_rest && (bed(0.1).since - 0.1).abs() < 1e-12);
+        assert!(bed(0.1, 0.01).0.at_rest && (bed(0.1, 0.01).0.since - 0.1).abs() < 1e-12);
         // Control: a slide before the end.
-        assert!(!bed(0.195).at_rest);
+        assert!(!bed(0.195, 0.01).0.at_rest);
+        // However uncertain the volume is, a run goes on until it has kept within 3 %.
+        assert!(bed(0.1, 0.2).1 && bed(0.1, 0.01).1);
+        assert!(bed(0.195, 0.2).0.at_rest && !bed(0.195, 0.2).1);
     }
 
     #[test]

@@ -120,6 +120,23 @@ fn too_few_sub_steps_for_a_face_end_the_run() {
     assert!(end(&ran(&scratch.join("enough"), BRICK, &overrides)).1 < 1e-5);
 }
 
+#[test]
+fn a_block_on_a_slope_sticks_and_slides_by_its_friction() {
+    let scratch = Scratch::new("faces-slope");
+    let critical = 0.5_f64.atan().to_degrees();
+    for degrees in [20.0, critical, 30.0, 40.0] {
+        let (sine, cosine) = Real::to_radians(degrees).sin_cos();
+        let gravity = format!("gravity=[\"{} m/s^2\", \"0 m/s^2\", \"{} m/s^2\"]", 9.81 * sine, -9.81 * cosine);
+        let place = "grains.0.placement.list.0.position=[\"30 mm\", \"50 mm\", \"15.02 mm\"]";
+        let left = ran(&scratch.join(&format!("{degrees:.0}")), BRICK, &[&gravity, place, "run.until=0.12 s"]);
+        let motion = motion(&left);
+        let at = |time: Real| motion.iter().find(|row| row[0] > time - 1e-6).expect("the probe saw it")[2];
+        let found = (at(0.12) - at(0.02)) / 0.1;
+        let expected = 9.81 * (sine - 0.5 * cosine).max(0.0);
+        assert!((found - expected).abs() < 0.02 * expected.max(0.5), "{degrees} degrees: {found}, not {expected}");
+    }
+}
+
 /// Four rows of blocks on each other, half a block aside from row to row.
 fn wall() -> String {
     let rows = 4;

@@ -147,6 +147,12 @@ fn keeps(fraction: Real, excess: Real) -> bool {
     fraction == FULL && excess.abs() <= DIFFERENCE
 }
 
+/// Fraction and excess of a cell that does not keep the difference of its room `open`: a full one takes gas for what it lacks.
+#[inline]
+fn waiting(fraction: Real, excess: Real, open: Real) -> [Real; 2] {
+    if fraction == FULL { split(open + excess, open, FULL) } else { [fraction, excess] }
+}
+
 /// Whether a cell with this excess hands it on.
 #[inline]
 fn goes(excess: Real) -> bool {
@@ -449,13 +455,13 @@ impl Room {
         let volume = domain.grid().cell_volume();
         let drho = flow.fluids.liquid_density - flow.fluids.gas_density;
         let gas = flow.fluids.gas_density;
-        let (x, c) = (self.excess.data(), flow.volume_fraction.data());
+        let (x, c, v) = (self.excess.data(), flow.volume_fraction.data(), self.open.data());
         let left = domain.sum(domain.sum_rows(&domain.interior(), |row| {
             let mut sum = [0.0; 4];
             for at in row.shifted(0).filter(|&at| x[at] != 0.0) {
-                let waits = 2 * usize::from(!keeps(c[at], x[at]));
-                sum[waits] += 1.0;
-                sum[waits + 1] += x[at].abs() * volume;
+                let (kind, rest) = if keeps(c[at], x[at]) { (0, x[at]) } else { (2, waiting(c[at], x[at], v[at])[1]) };
+                sum[kind] += Real::from(u8::from(rest != 0.0));
+                sum[kind + 1] += rest.abs() * volume;
             }
             sum
         }));
@@ -473,9 +479,7 @@ impl Room {
                     continue;
                 }
                 if !keeps(c[i], excess[i]) {
-                    if c[i] == FULL {
-                        [c[i], excess[i]] = split(open[i] + excess[i], open[i], FULL);
-                    }
+                    [c[i], excess[i]] = waiting(c[i], excess[i], open[i]);
                     for (u, given) in [(&u1[i], &mut g1[i]), (&u2[i], &mut g2[i]), (&u3[i], &mut g3[i])] {
                         *given += drho * excess[i] * u;
                     }

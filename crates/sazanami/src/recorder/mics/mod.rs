@@ -240,7 +240,7 @@ impl Observer for GridObserver {
             let [part, span] = KEPT;
             self.rested = self.erosion.as_ref().is_some_and(|settings| erosion.has_crater(settings.grain_size))
                 && LOOSE * erosion.airborne_volume <= part * erosion.crater.volume_direct
-                && self.course.rest(erosion).is_ok_and(|rest| rest.at_rest && time - rest.since >= span);
+                && self.course.has_kept(erosion, span);
         }
     }
 
