@@ -7,7 +7,7 @@ use sazanami_numerics::Real;
 
 use super::{BedReport, CheckReport, ImpactReport, RanksReport, SubstepCause, TankReport, bytes, number};
 use crate::amounts::{self, length};
-use crate::case::meaning::{Case, GrainPlacement, SIDE_NAMES, Substeps};
+use crate::case::meaning::{Case, GrainPlacement, RunEnd, SIDE_NAMES, Substeps};
 use crate::case::units::rounded;
 use crate::progress::duration;
 
@@ -216,7 +216,8 @@ fn step(text: &mut String, case: &Case, report: &CheckReport) {
     } else {
         String::new()
     };
-    let _ = writeln!(text, "  about {} steps to {} s{most}", number(report.steps, 0), rounded(case.run.until));
+    let rest = if case.run.end == RunEnd::Rest { " at the latest: the run ends when its crater rests" } else { "" };
+    let _ = writeln!(text, "  about {} steps to {} s{most}{rest}", number(report.steps, 0), rounded(case.run.until));
 }
 
 fn shared(text: &mut String, report: &RanksReport) {
