@@ -22,7 +22,7 @@ cargo xtask generate                    schema, reference pages, pages of verifi
 cargo xtask results [--keep] [RUN...]   makes runs behind the tables of results anew and compares, or lists them; --keep takes what they give
 cargo xtask verify [ARGS...]            `sazanami verify`: cases with known results; with `--out verification`, `generate` next
 cargo xtask assets                      libraries that reports embed, by npm (needs a network); to change their versions
-cargo xtask book                        the book, by mdBook (`cargo install mdbook`), and every link of it
+cargo xtask book                        the book, by mdBook (`cargo install mdbook`)
 cargo xtask bench [ARGS...]             `sazanami bench`: kernels and whole steps
 
 Everything is built with the release profile, so that all commands share what is built.";
