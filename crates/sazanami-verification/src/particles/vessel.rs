@@ -27,8 +27,6 @@ pub(super) const WALLS: [Side; 2] = [Side::Wall; 2];
 pub(super) const PERIODIC: [Side; 2] = [Side::Periodic; 2];
 pub(super) const OPEN: [Side; 2] = [Side::Open; 2];
 pub(super) const OPEN_TOP: [Side; 2] = [Side::Wall, Side::Open];
-/// Least thickness of a slab that stands for a flow in two dimensions, in spacings.
-pub(super) const SLAB: usize = 7;
 
 /// An experiment could not be set up or went wrong.
 #[derive(Debug, thiserror::Error)]
