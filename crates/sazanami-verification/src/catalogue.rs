@@ -4,7 +4,7 @@
 
 use std::borrow::Cow;
 
-use crate::cases::{moving_particles, ripples, transport};
+use crate::cases::{moving_particles, transport};
 use crate::expected::Expected;
 use crate::measured::{IntoOutcome, Outcome};
 use crate::posed::Posed;
@@ -145,13 +145,13 @@ pub const CASES: &[Case] = &[
     case!("mps-shaken-tank", with "mps-shaken-tank"),
     case!("mps-viscous-walls", with "mps-viscous-walls"),
     case!("mps-dam-break-lobovsky", with "mps-dam-break-lobovsky"),
-    case!("mps-stretching-drop", moving_particles::stretching_drop),
+    case!("mps-stretching-drop", with "mps-stretching-drop"),
     case!("mps-conservation"),
     case!("mps-jets", moving_particles::jets),
     case!("both-dam-break", file "../cases/both/dam-break.toml", with "dam-break"),
     case!("both-settling-sphere", file "../cases/both/settling-sphere.toml"),
     case!("examples", files ["channel", "standing-wave", "raft", "ball-on-slope"]),
-    case!("ripples", ripples::ripples),
+    case!("ripples", file "../cases/ripples/paper.toml"),
     case!("drop-on-bed-fine"),
     case!("drag-fine"),
     case!("settling-rest", with "settling"),

@@ -1,8 +1,6 @@
 //! Void fractions, flow through a bed, a bed at rest.
 
-use std::f64::consts::PI;
-
-use sazanami_dem::{Grain, Loads, Motion, Random, Substeps};
+use sazanami_dem::{Grain, Loads, Motion, Substeps};
 use sazanami_numerics::{Real, Vector};
 
 use super::settled_bed::{SettledBed, packed};
@@ -10,7 +8,7 @@ use super::vessel::{
     DENSITY, DIAMETER, DOWN, ExperimentError, GRAIN_DENSITY, GRAVITY, OPEN, OPEN_TOP, PERIODIC, Vessel, WALLS,
 };
 use super::vessel::{advance, fluid, lattice, under, zero_above_surface};
-use sazanami_mps::grains::{GrainPhase, Voids, volume};
+use sazanami_mps::grains::{GrainPhase, Voids};
 use sazanami_mps::pressure::hydrostatic;
 use sazanami_mps::scheme::Scheme;
 use sazanami_mps::solver::Solver;
@@ -122,28 +120,6 @@ fn weight_of(solver: &Solver) -> (Weight, Calibration) {
     let settings = solver.settings();
     let weight = Weight { radius: settings.scheme.radius * settings.fluid.spacing };
     (weight, Calibration::new(&weight, settings.fluid.spacing))
-}
-
-/// Fixes grains of about a diameter in a vessel of void fraction `eps`, on a body-centred lattice from which each is moved by
-/// up to a tenth of it.
-pub(super) fn fix_on_lattice(vessel: &mut Vessel, eps: Real) {
-    let d = DIAMETER;
-    // As many cells of two grains as the solid volume asks for.
-    let grains = (1.0 - eps) * (vessel.upper / d).element_product() / (PI / 6.0);
-    let width = (2.0 * (vessel.upper / d).element_product() / grains).cbrt();
-    let cells = (vessel.upper / d).to_array().map(|n| (n / width).round() as usize);
-    let cell = vessel.upper / Vector::from_array(cells.map(|n| n as Real));
-    let mut random = Random::new(11);
-    for place in lattice(cells) {
-        for offset in [-0.25, 0.25] {
-            let way = Vector::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(-1.0, 1.0));
-            let position = cell * (place + Vector::splat(offset)) + 0.1 * d * way;
-            let grain = Grain::new(vessel.grains.len() as u64, GRAIN_DENSITY, position);
-            vessel.grains.push(Grain { motion: Motion::Fixed, ..grain });
-        }
-    }
-    // Whole cells fit the box; the diameter makes up for it.
-    vessel.diameter = ((1.0 - eps) * vessel.upper.element_product() / volume(1.0) / vessel.grains.len() as Real).cbrt();
 }
 
 /// State of a bed under water at rest.
