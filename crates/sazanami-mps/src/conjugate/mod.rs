@@ -373,7 +373,7 @@ impl ConjugateColumns {
         self.divergence.resize(owned, 0.0);
         let operators = Operators { pairs: &self.pairs, sums: &self.sums, slope: &self.slope };
         let matrix = (&operators, &self.voids.bulk());
-        self.still.split(step, matrix, (&equation.blocks, &equation.rows), particles, &mut near.ghosts);
+        self.still.split(step, self.closed, matrix, (&equation.blocks, &equation.rows), particles, &mut near.ghosts);
         operators.divergence(&equation.blocks, &self.velocity, false, &mut self.divergence);
         let (rate, slope, bulk) = (&self.voids.rate[..], &self.slope[..], self.voids.bulk());
         let (free, present, walls) = (&self.velocity[..], &particles.velocity[..], step.forcing.wall_velocity);

@@ -2,9 +2,11 @@
 //!
 //! Where particles are not on a lattice, the force `G p` of a pressure that is the same everywhere is not zero: it pushes them
 //! apart, and water under its own weight does not come to rest. In a bed that is seepage, which lifts grains. So the unknown is
-//! what the pressure has beyond `P = rho b.x + level`, and in rows that see no surface `P` acts by its gradient `rho b`, so
+//! what the pressure has beyond `P = rho b.x + level`, and in rows between grains that see no surface `P` acts by its gradient `rho b`, so
 //! that still water stays as it is. Rows that see a surface keep `G P` and `C P`: the pressure vanishes beyond the outermost
-//! particles as in clear water.
+//! particles as in clear water. Rows of clear water keep them too, but where there is no surface: what pushes particles to sparse places
+//! is the force of the pressure on them, and what is left of it beyond `P` is negative wherever the surface has sunk. There it would pull
+//! particles apart from one another, and the water swells.
 
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
@@ -40,11 +42,12 @@ pub(crate) struct Still {
 }
 
 impl Still {
-    /// Splits `P` off the pressure of the step before, where there are grains. Its level is the mean of that pressure beyond
-    /// `rho b.x` in the rows that see no surface.
+    /// Splits `P` off the pressure of the step before, where there are grains. Its gradient acts in rows between grains that see no surface,
+    /// in a `closed` box in those of clear water too; its level is the mean of that pressure beyond `rho b.x` in them.
     pub fn split(
         &mut self,
         step: &Context<'_>,
+        closed: bool,
         (operators, bulk): (&Operators<'_>, &Bulk<'_>),
         (blocks, rows): (&[Block], &[Row]),
         particles: &mut Particles,
@@ -57,7 +60,8 @@ impl Still {
         let Particles { kind, position, pressure, owned, .. } = particles;
         let (kind, position, owned) = (&kind[..], &position[..], *owned);
         let force = step.settings.fluid.density * step.still_force();
-        set_column(&mut self.exact, owned, |a| kind[a] == Kind::Fluid && !rows[a].beside_surface);
+        let inside = |a: usize| (closed || bulk.inverse_void[a] > 1.0) && !rows[a].beside_surface;
+        set_column(&mut self.exact, owned, |a| kind[a] == Kind::Fluid && inside(a));
         let (exact, old) = (&self.exact[..], &pressure[..]);
         let [sum, number] = step
             .domain
