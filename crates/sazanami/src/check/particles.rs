@@ -1,12 +1,14 @@
 //! Prediction of a case of moving particles: counts, memory and time.
 
 use sazanami_mps::pouring;
+use sazanami_numerics::geometry::RegionFractions;
+use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 use serde::Serialize;
 
 use super::bed_flow::{BedReport, bed_flow};
 use super::waves::{TankReport, is_wall, tank};
-use super::{CostModel, PACKED_SPHERES};
+use super::{CostModel, PACKED_SPHERES, overlapping};
 use crate::assembly::particles;
 use crate::case::meaning::{
     Case, FluidName, GrainPlacement, LiquidRegion, Particles, Placement, Population, Preparation, Region, Solver,
@@ -49,15 +51,10 @@ pub(super) fn report(case: &Case) -> Option<ParticlesReport> {
 
 /// Fluid particles: what the liquids hold between the grains.
 fn fluid(case: &Case, particles: &Particles) -> usize {
-    let box_ = case.domain.extent();
-    let liquid: Real = case
-        .liquids
-        .iter()
-        .map(|liquid| {
-            let volume = volume_within(case, liquid).unwrap_or(box_.x * box_.y * box_.z);
-            if liquid.fluid == FluidName::Liquid { volume } else { -volume }
-        })
-        .sum();
+    let box_ = case.domain.extent().element_product();
+    let left = case.liquids.iter().zip(overlapping::taken(case));
+    let liquids = left.filter(|(liquid, _)| liquid.fluid == FluidName::Liquid);
+    let liquid: Real = liquids.map(|(liquid, taken)| volume_within(case, liquid).unwrap_or(box_) * (1.0 - taken)).sum();
     ((liquid - solid(case)).max(0.0) / particles.spacing.powi(3)).round() as usize
 }
 
@@ -80,20 +77,30 @@ pub(crate) fn levelled(case: &Case, population: &Population) -> Option<usize> {
     Some(((solid / volume).round() as usize).min(population.count.unwrap_or(usize::MAX)))
 }
 
-/// Volume of a liquid within the box [m^3], where it has a formula.
+/// Cells along each edge of a region without a formula: its volume is then known to about a thousandth.
+const CELLS: usize = 24;
+
+/// Volume of a liquid within the box [m^3]; `None` where it has no formula and only the bed will tell its place.
 pub(super) fn volume_within(case: &Case, liquid: &LiquidRegion) -> Option<Real> {
     let Placement::Absolute(position) = liquid.placement else { return liquid.region.volume() };
     let (lower, upper) = (case.domain.lower, case.domain.upper);
     let between = |low: Vector, high: Vector| (high.min(upper) - low.max(lower)).max(Vector::ZERO).element_product();
-    match liquid.region.moved(position) {
-        Region::Box { lower, upper } => Some(between(lower, upper)),
-        region @ Region::HalfSpace { .. } => {
-            let [low, high] = region.heights();
-            let is_level = low.is_finite() != high.is_finite();
-            is_level.then(|| between(lower.with_z(low), upper.with_z(high)))
-        }
-        region => region.volume(),
+    let region = match liquid.region.moved(position) {
+        Region::Box { lower, upper } => return Some(between(lower, upper)),
+        region => region.geometry(),
+    };
+    let (low, high) = region.bounds();
+    let room = between(low, high);
+    let is_inside = low.cmpge(lower).all() && high.cmple(upper).all();
+    if let Some(volume) = region.volume().filter(|_| is_inside) {
+        return Some(volume);
+    } else if room <= 0.0 {
+        return Some(0.0);
     }
+    let cells = RegionFractions::new(&region, &Grid::new([CELLS; 3], low.max(lower), high.min(upper)), 2);
+    let place = |n: usize| [n % CELLS, n / CELLS % CELLS, n / (CELLS * CELLS)].map(|n| n as isize);
+    let filled: Real = (0..CELLS.pow(3)).map(place).map(|[i, j, k]| cells.fraction(i, j, k)).sum();
+    Some(room * filled / CELLS.pow(3) as Real)
 }
 
 /// Volume of a liquid within the box [m^3]; among moving particles without its share of the grains that lie in it.
