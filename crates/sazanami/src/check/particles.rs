@@ -1,17 +1,16 @@
 //! Prediction of a case of moving particles: counts, memory and time.
 
 use sazanami_mps::pouring;
-use sazanami_numerics::geometry::RegionFractions;
-use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 use serde::Serialize;
 
 use super::bed_flow::{BedReport, bed_flow};
+use super::volumes::volume_within;
 use super::waves::{TankReport, is_wall, tank};
 use super::{CostModel, PACKED_SPHERES, overlapping};
 use crate::assembly::particles;
 use crate::case::meaning::{
-    Case, FluidName, GrainPlacement, LiquidRegion, Particles, Placement, Population, Preparation, Region, Solver,
+    Case, FluidName, GrainPlacement, LiquidRegion, Particles, Placement, Population, Preparation, Solver,
 };
 
 /// Memory of a bin, with its part of the coarse pressure equation \[bytes].
@@ -75,32 +74,6 @@ pub(crate) fn levelled(case: &Case, population: &Population) -> Option<usize> {
     let extent = case.domain.extent();
     let solid = PACKED_SPHERES * extent.x * extent.y * (how.level? - size).max(0.0);
     Some(((solid / volume).round() as usize).min(population.count.unwrap_or(usize::MAX)))
-}
-
-/// Cells along each edge of a region without a formula: its volume is then known to about a thousandth.
-const CELLS: usize = 24;
-
-/// Volume of a liquid within the box [m^3]; `None` where it has no formula and only the bed will tell its place.
-pub(super) fn volume_within(case: &Case, liquid: &LiquidRegion) -> Option<Real> {
-    let Placement::Absolute(position) = liquid.placement else { return liquid.region.volume() };
-    let (lower, upper) = (case.domain.lower, case.domain.upper);
-    let between = |low: Vector, high: Vector| (high.min(upper) - low.max(lower)).max(Vector::ZERO).element_product();
-    let region = match liquid.region.moved(position) {
-        Region::Box { lower, upper } => return Some(between(lower, upper)),
-        region => region.geometry(),
-    };
-    let (low, high) = region.bounds();
-    let room = between(low, high);
-    let is_inside = low.cmpge(lower).all() && high.cmple(upper).all();
-    if let Some(volume) = region.volume().filter(|_| is_inside) {
-        return Some(volume);
-    } else if room <= 0.0 {
-        return Some(0.0);
-    }
-    let cells = RegionFractions::new(&region, &Grid::new([CELLS; 3], low.max(lower), high.min(upper)), 2);
-    let place = |n: usize| [n % CELLS, n / CELLS % CELLS, n / (CELLS * CELLS)].map(|n| n as isize);
-    let filled: Real = (0..CELLS.pow(3)).map(place).map(|[i, j, k]| cells.fraction(i, j, k)).sum();
-    Some(room * filled / CELLS.pow(3) as Real)
 }
 
 /// Volume of a liquid within the box [m^3]; among moving particles without its share of the grains that lie in it.
