@@ -7,7 +7,7 @@ use sazanami::feasible;
 use sazanami::machine::Machine;
 use sazanami_numerics::Real;
 
-use crate::support::{Left, On, Scratch, load, start, summary};
+use crate::support::{Left, On, Scratch, findings, load, start, summary};
 
 const TANK: &str = r#"
 solver = "mps"
@@ -108,6 +108,19 @@ fn warnings_about_a_bed_need_one() {
     };
     assert!(!warned(TANK));
     assert!(warned(&TANK.replace("[preparation]\ncache = false\n", GRAINS)));
+}
+
+#[test]
+fn outputs_after_the_end_of_the_run_are_said() {
+    let late = |change: &str| {
+        let found = findings(TANK, &[change]);
+        found.iter().find(|message| message.contains("after the end of the run")).cloned()
+    };
+    assert_eq!(late("output.fields.at=[\"0 s\", \"0.4 ms\"]"), None);
+    let two = late("output.grains.at=[\"0.2 ms\", \"0.5 ms\", \"1 s\"]").expect("a warning");
+    assert!(two.starts_with("2 of 3 times"), "{two}");
+    let probe = "probe=[{ name = \"p\", gauge = [\"1 mm\", \"1 mm\"], at = [\"1 ms\"] }]";
+    assert!(late(probe).is_some_and(|one| one.starts_with("1 of 1 times")));
 }
 
 #[test]
