@@ -1,6 +1,5 @@
-//! The book: its table of contents from the pages of `docs/`, its links, and its build by mdBook.
+//! The book: its table of contents from the pages of `docs/`, its links, and its build by mdBook; `tidy` follows the links.
 
-mod built;
 mod links;
 
 use std::fmt::Write as _;
@@ -28,27 +27,13 @@ const PARTS: [(&str, &str, &[&str]); 5] = [
 const LAST: [(&str, &str, &str); 2] =
     [("Architecture", "book/architecture.md", "ARCHITECTURE.md"), ("Changelog", "book/changelog.md", "CHANGELOG.md")];
 
-/// Builds the book and follows every link of it; mdBook has to be installed.
+/// Builds the book; mdBook has to be installed.
 pub fn run() -> u8 {
     if !Command::new("mdbook").arg("--version").output().is_ok_and(|output| output.status.success()) {
         eprintln!("error: the book needs mdBook: `cargo install mdbook`");
         return 1;
     }
-    let code = exit_code(Command::new("mdbook").arg("build").current_dir(root()));
-    if code != 0 {
-        return code;
-    }
-    match built::dead(&root().join("target/book")) {
-        Ok((links, dead)) => {
-            dead.iter().for_each(|problem| eprintln!("error: {problem}"));
-            println!("{links} links in the book, {} dead", dead.len());
-            u8::from(!dead.is_empty())
-        }
-        Err(problem) => {
-            eprintln!("error: the book cannot be read: {problem}");
-            1
-        }
-    }
+    exit_code(Command::new("mdbook").arg("build").current_dir(root()))
 }
 
 /// The table of contents of all pages in `docs`, with the headings of `fresh` for the pages that are about to be written:

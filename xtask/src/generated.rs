@@ -7,7 +7,7 @@ use sazanami::case::{json_schema, reference};
 use sazanami_verification::catalogue::CASES;
 use sazanami_verification::page::pages;
 
-use crate::book;
+use crate::{book, results};
 
 /// Begin and end of the table of the preset `paper_literal` in its page.
 const BEGIN: &str = "<!-- generated: keys -->\n";
@@ -24,6 +24,7 @@ fn files(root: &Path) -> Result<Vec<(String, String)>, String> {
         (literal.to_owned(), with_table(&page).ok_or(format!("{literal} has no place for its table"))?),
     ];
     files.extend(pages(root, CASES)?);
+    files.extend(results::pages(root)?);
     // The headings of the pages make the table of contents.
     files.push(("docs/SUMMARY.md".to_owned(), book::summary(root, &files)));
     Ok(files)

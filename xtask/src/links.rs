@@ -66,7 +66,7 @@ pub fn rewritten(text: &str, replaced: impl Fn(&str) -> String) -> String {
 }
 
 /// Whether a link is no web address.
-pub fn is_local(link: &str) -> bool {
+fn is_local(link: &str) -> bool {
     !link.contains("://") && !link.starts_with("mailto:") && !link.is_empty()
 }
 

@@ -1,4 +1,4 @@
-//! Project chores: `cargo xtask test`, `tidy`, `generate`, `verify`, `assets`, `book`, `bench`.
+//! Project chores: `cargo xtask test`, `tidy`, `generate`, `results`, `verify`, `assets`, `book`, `bench`.
 
 mod assets;
 mod book;
@@ -6,6 +6,7 @@ mod generated;
 mod links;
 mod mpi;
 mod python;
+mod results;
 mod test;
 mod tidy;
 
@@ -18,9 +19,10 @@ cargo xtask test --mpi [openmpi|mpich]  the tests that run under `mpirun`, with 
 cargo xtask test --python [ARGS...]     the Python package, installed by pip (needs Python and a network); ARGS go to pytest
 cargo xtask tidy                        who may depend on whom, what the sources may name, whether generated files are fresh
 cargo xtask generate                    schema, reference pages, pages of verification/ and docs/results, docs/SUMMARY.md
+cargo xtask results [--keep] [RUN...]   makes runs behind the tables of results anew and compares, or lists them; --keep takes what they give
 cargo xtask verify [ARGS...]            `sazanami verify`: cases with known results; with `--out verification`, `generate` next
 cargo xtask assets                      libraries that reports embed, by npm (needs a network); to change their versions
-cargo xtask book                        the book, by mdBook (`cargo install mdbook`), and every link of it
+cargo xtask book                        the book, by mdBook (`cargo install mdbook`)
 cargo xtask bench [ARGS...]             `sazanami bench`: kernels and whole steps
 
 Everything is built with the release profile, so that all commands share what is built.";
@@ -36,6 +38,7 @@ fn main() -> ExitCode {
         "assets" => assets::run(),
         "book" => book::run(),
         "book-links" => book::preprocess(&rest),
+        "results" => results::run(&rest),
         "tidy" => tidy::run(rest.iter().any(|argument| argument == "--locked")),
         "generate" => generated::write(&root()),
         "verify" | "bench" => forward(&command, &rest),

@@ -118,17 +118,16 @@ fn check_rest(case: &Case, cx: &mut Context<'_>) {
 /// Longest time between rows of the series of a run until rest \[s]: eight in 10 ms.
 const SLOWEST_ROWS: Real = 1.25e-3;
 
-/// Velocity fields are given on the grid alone.
+/// Moving particles are carried by no given flow.
 fn check_velocity_fields(case: &Case, cx: &mut Context<'_>) {
-    let fields = [
-        ("fluid.initial_velocity", case.fluid.initial_velocity.is_some()),
-        ("fluid.carrying_flow", case.fluid.carrying_flow.is_some()),
-    ];
-    for (key, _) in fields.into_iter().filter(|(_, is_given)| *is_given && case.solver == Solver::Mps) {
+    if case.fluid.carrying_flow.is_some() && case.solver == Solver::Mps {
         cx.report
-            .warning(cx.places.near(key), format!("`{key}` does nothing with `solver = \"mps\"`"))
-            .label("moving particles begin with the velocity of their liquid")
-            .help("give the liquids a `velocity`, or leave this out");
+            .warning(
+                cx.places.near("fluid.carrying_flow"),
+                "`fluid.carrying_flow` does nothing with `solver = \"mps\"`",
+            )
+            .label("moving particles are carried by their own velocity alone")
+            .help("give `fluid.initial_velocity`, or leave this out");
     }
 }
 

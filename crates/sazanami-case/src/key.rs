@@ -123,12 +123,6 @@ impl KeyDoc {
         Self { value: ValueDoc::Word, default: DefaultDoc::None, ..Self::leaf::<bool>(name, about) }
     }
 
-    /// Tables by names of the user's choice.
-    #[must_use]
-    pub fn named(name: &'static str, about: &'static str, docs: fn() -> TableDoc) -> Self {
-        Self { value: ValueDoc::Named(docs), default: DefaultDoc::None, ..Self::leaf::<bool>(name, about) }
-    }
-
     /// Declaration of the table it holds; an empty one where it holds none.
     #[must_use]
     pub fn nested_docs(&self) -> TableDoc {

@@ -190,10 +190,12 @@ fn read_source(source: &Source, name: &str, folder: &Path, report: &mut Diagnost
     let padded = overrides::padded_values(source);
     let (mut tree, syntax_errors) = DeTable::parse_recoverable(source.text());
     for error in syntax_errors.iter().take(MOST_ERRORS) {
-        report
-            .error(error.span().unwrap_or(0..0), "this is not TOML")
-            .label(error.message().to_owned())
-            .help("texts stand in quotes, tables in brackets, lists in brackets with commas");
+        report.error(error.span().unwrap_or(0..0), "this is not TOML").label(error.message().to_owned()).help(
+            match error.message() {
+                "duplicate key" => "a key stands once in its table: leave out one of the two",
+                _ => "texts stand in quotes, tables in brackets, lists in brackets with commas",
+            },
+        );
     }
     if !syntax_errors.is_empty() {
         return None;

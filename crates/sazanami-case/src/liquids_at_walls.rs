@@ -29,7 +29,8 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
                 .label(format!("at {} m/s: {to}", rounded(speed)))
                 .help(format!("leave out the velocity along x{}, or leave room between liquid and wall", d + 1));
         }
-        if case.solver == Solver::Mps && case.preparation.relax_steps > 0 && liquid.velocity != Vector::ZERO {
+        let moves = liquid.velocity != Vector::ZERO || case.fluid.initial_velocity.is_some();
+        if case.solver == Solver::Mps && case.preparation.relax_steps > 0 && moves {
             let span = cx.places.near(&format!("liquid.{n}.velocity"));
             cx.report
                 .warning(span, format!("`{}` does not begin with its velocity", liquid.name))
@@ -57,7 +58,7 @@ fn into_wall(case: &Case, liquid: &LiquidRegion, d: usize, upper: usize) -> Opti
     let wall = if upper == 0 { lower[d] + TINY * extent[d] } else { case.domain.upper[d] - TINY * extent[d] };
     let outward = if upper == 0 { -1.0 } else { 1.0 };
     let [a, b] = [(d + 1) % 3, (d + 2) % 3];
-    let initial = case.fluid.initial_velocity.filter(|_| case.solver == Solver::Mics);
+    let initial = case.fluid.initial_velocity;
     let (mut fastest, mut scale) = (0.0, 0.0);
     for n in 0..PLACES * PLACES {
         let part = |n: usize| (n as Real + 0.5) / PLACES as Real;

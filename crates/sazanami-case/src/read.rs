@@ -61,11 +61,11 @@ impl Places {
         let spans = self.spans.iter().filter_map(|(path, span)| Some((renumbered(path)?, span.clone())));
         Self { spans: spans.collect() }
     }
+}
 
-    /// Paths of the keys that begin with `prefix`.
-    pub fn under<'a>(&'a self, prefix: &'a str) -> impl Iterator<Item = (&'a str, &'a Range<usize>)> {
-        self.spans.iter().map(|(path, span)| (path.as_str(), span)).filter(move |(path, _)| path.starts_with(prefix))
-    }
+/// Last part of a path.
+fn last(path: &str) -> &str {
+    path.rsplit_once('.').map_or(path, |(_, name)| name)
 }
 
 /// Context of reading, common to all tables.
@@ -108,6 +108,11 @@ impl<'t> At<'t> {
         Self { value: Some(value), span: 0..0, path: String::new(), is_part: false }
     }
 
+    /// Last part of its path, for messages.
+    fn name(&self) -> &str {
+        last(&self.path)
+    }
+
     /// Kind of its value, for messages.
     #[must_use]
     pub fn kind(&self) -> &'static str {
@@ -117,18 +122,6 @@ impl<'t> At<'t> {
             Some(DeValue::Boolean(_)) => "true or false",
             Some(DeValue::Array(_)) => "a list",
             _ => "a table",
-        }
-    }
-
-    /// Kind of the value and its text, for messages about tables.
-    fn found(&self) -> String {
-        match self.value {
-            Some(DeValue::String(text)) => format!("string \"{text}\""),
-            Some(DeValue::Integer(_)) => format!("integer `{}`", self.number_text()),
-            Some(DeValue::Float(_)) => format!("floating point `{}`", self.number_text()),
-            Some(DeValue::Boolean(flag)) => format!("boolean `{flag}`"),
-            Some(DeValue::Array(_)) => "sequence".into(),
-            _ => "map".into(),
         }
     }
 
@@ -395,8 +388,8 @@ impl<'a> Context<'a> {
     fn does_not_fit(&mut self, at: &At<'_>, expected: &str) {
         self.known.is_damaged = true;
         self.report
-            .error(at.span.clone(), format!("{} does not fit here", at.found()))
-            .label(format!("expected {expected}"));
+            .error(at.span.clone(), format!("`{}` cannot be read", at.name()))
+            .label(format!("{}; expected {expected}", at.kind()));
     }
 
     /// A key, or a choice for the key at `path`, that is not known.
@@ -413,6 +406,9 @@ impl<'a> Context<'a> {
             Some(meant) => {
                 finding.label(format!("did you mean `{meant}`?"));
                 self.suggested.insert(meant.to_owned());
+            }
+            None if what == "choice" => {
+                finding.label(format!("not a choice for `{}`", last(path)));
             }
             None => {
                 finding.label(format!("not a {what} known here"));

@@ -207,7 +207,7 @@ fn split_number(text: &str, start: usize) -> Result<(&str, i32, usize), UnitErro
     if count == 0 {
         return Err(UnitError {
             message: "a quantity begins with a number".into(),
-            suggestion: Some("write the number first, then the unit: `\"0.52 mm\"`".into()),
+            suggestion: None,
             range: start..text.len().max(start + 1),
         });
     }

@@ -130,7 +130,12 @@ fn quantity(at: &At<'_>, key: &KeyDoc, unit: Quantity, cx: &mut Context<'_>) -> 
             report
                 .error(at.span.clone(), format!("`{name}` needs a unit"))
                 .label(format!("a bare number; {expected}"))
-                .help(format!("write \"{} {}\" if that is the unit you mean", at.number_text(), unit.common_unit()));
+                .help(match at.number() {
+                    Some(number) if number.is_finite() => {
+                        format!("write \"{} {}\" if that is the unit you mean", at.number_text(), unit.common_unit())
+                    }
+                    _ => example,
+                });
             return None;
         }
         _ => {

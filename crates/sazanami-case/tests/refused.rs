@@ -5,24 +5,7 @@ use std::path::Path;
 use sazanami_case::key::{DefaultDoc, KeyDoc};
 use sazanami_case::{Explained, Keys, explain};
 
-const BASE: &str = r#"
-[domain]
-size = ["10 mm", "10 mm", "10 mm"]
-cells = [20, 20, 20]
-[run]
-until = "1 ms"
-[material.sand]
-density = "2650 kg/m^3"
-[[grains]]
-name = "sand"
-count = 10
-shape.sphere = { diameter = "0.5 mm" }
-placement.packed = {}
-[erosion]
-[[probe]]
-name = "p"
-point = ["5 mm", "5 mm", "5 mm"]
-"#;
+const BASE: &str = include_str!("cases/refused-base.toml");
 
 /// Titles and suggestions of what is wrong with the case when these values are laid over it.
 fn findings(overrides: &[&str]) -> Vec<String> {

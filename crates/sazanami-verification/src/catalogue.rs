@@ -4,7 +4,7 @@
 
 use std::borrow::Cow;
 
-use crate::cases::{moving_particles, ripples, transport};
+use crate::cases::{moving_particles, transport};
 use crate::expected::Expected;
 use crate::measured::{IntoOutcome, Outcome};
 use crate::posed::Posed;
@@ -131,10 +131,10 @@ pub const CASES: &[Case] = &[
     case!("settling", with "settling"),
     case!("settling-narrow"),
     case!("mps-operators", moving_particles::operators),
-    case!("mps-hydrostatics", moving_particles::hydrostatics),
+    case!("mps-hydrostatics"),
     case!("mps-void-fraction", moving_particles::void_fraction),
     case!("mps-settling-grain"),
-    case!("mps-packed-bed", moving_particles::packed_bed),
+    case!("mps-packed-bed"),
     case!("mps-resting-bed", moving_particles::resting_bed),
     case!("mps-repose", moving_particles::repose),
     case!("mps-bed-load", moving_particles::bed_load),
@@ -142,17 +142,16 @@ pub const CASES: &[Case] = &[
     case!("mps-turbulent-film", with "mps-turbulent-film"),
     case!("mps-fluidised-bed", moving_particles::fluidised_bed),
     case!("mps-hindered-settling", moving_particles::hindered_settling),
-    case!("mps-standing-wave", moving_particles::standing_wave),
+    case!("mps-shaken-tank", with "mps-shaken-tank"),
     case!("mps-viscous-walls", with "mps-viscous-walls"),
     case!("mps-dam-break-lobovsky", with "mps-dam-break-lobovsky"),
-    case!("mps-stretching-drop", moving_particles::stretching_drop),
-    case!("mps-conservation", moving_particles::conservation),
+    case!("mps-stretching-drop", with "mps-stretching-drop"),
+    case!("mps-conservation"),
     case!("mps-jets", moving_particles::jets),
-    case!("mps-published", moving_particles::published),
     case!("both-dam-break", file "../cases/both/dam-break.toml", with "dam-break"),
     case!("both-settling-sphere", file "../cases/both/settling-sphere.toml"),
     case!("examples", files ["channel", "standing-wave", "raft", "ball-on-slope"]),
-    case!("ripples", ripples::ripples),
+    case!("ripples", file "../cases/ripples/paper.toml"),
     case!("drop-on-bed-fine"),
     case!("drag-fine"),
     case!("settling-rest", with "settling"),

@@ -72,6 +72,8 @@ pub enum Function {
     Largest,
     /// Change from the first to the last row over the time between them.
     Rate,
+    /// Largest less smallest value.
+    Range,
     /// Mean period of passes through the mean.
     Period,
     /// Way up to the largest value and down to the last one with all turns between, over that value, less that of a course
@@ -101,6 +103,7 @@ impl TryFrom<String> for Value {
             "rms" => plain(Function::Rms),
             "largest" => plain(Function::Largest),
             "rate" => plain(Function::Rate),
+            "range" => plain(Function::Range),
             "period" => plain(Function::Period),
             "variation" => plain(Function::Variation),
             "shift" => plain(Function::Shift),
@@ -113,7 +116,7 @@ impl TryFrom<String> for Value {
                 Ok(Self { function: Function::Time(below, number), columns: columns.trim().to_owned().try_into()? })
             }
             _ => Err(format!(
-                "`{name}` is none of first, last, max, min, mean, rms, largest, rate, period, variation, time, shift, order"
+                "`{name}` is none of first, last, max, min, mean, rms, largest, rate, range, period, variation, time, shift, order"
             )),
         }
     }
@@ -165,6 +168,7 @@ impl Function {
             Self::Largest => values().map(Real::abs).fold(0.0, Real::max),
             Self::Rate if course.len() > 1 => (last[1] - first[1]) / (last[0] - first[0]),
             Self::Rate => return Err("a rate needs two rows".into()),
+            Self::Range => max - values().fold(Real::INFINITY, Real::min),
             Self::Period => period(course).ok_or("it does not swing about its mean")?,
             Self::Variation => {
                 let way: Real = course.windows(2).map(|pair| (pair[1][1] - pair[0][1]).abs()).sum();

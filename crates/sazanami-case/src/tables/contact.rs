@@ -10,7 +10,7 @@ use super::Rolling;
 use crate::key::{Keys, TableDoc};
 use crate::read::{At, Context};
 use crate::suggest::nearest;
-use crate::write::{Entries, Paths, Show, Written, quoted};
+use crate::write::{Entries, Paths, Show, Written, as_key, quoted};
 
 /// Name of the box among the materials of a contact.
 pub const WALL: &str = "wall";
@@ -175,7 +175,7 @@ fn check_name(pair: &str, span: Range<usize>, cx: &mut Context<'_>) {
             cx.report
                 .error(span.clone(), format!("there is no material `{side}`"))
                 .label(meant.map_or("not a material of this case".into(), |m| format!("did you mean `{m}`?")))
-                .help(format!("add `[material.{side}]` with its density"));
+                .help(format!("add `[material.{}]` with its density", as_key(side)));
         }
     }
 }

@@ -205,8 +205,7 @@ pub struct FluidOptions {
     /// Angles at which the interface meets walls, with surface tension.
     #[key(table)]
     pub contact_angle: Option<ContactAngles>,
-    /// Velocity at the start on the grid (`solver = "mics"`), on top of that of the liquids; the pressure takes out its
-    /// divergence.
+    /// Velocity at the start, on top of that of the liquids; on a grid the pressure takes out its divergence.
     #[key(table)]
     pub initial_velocity: Option<InitialVelocity>,
     /// Flow that carries the liquid on the grid (`solver = "mics"`) as it is given: nothing is solved for, and momentum has

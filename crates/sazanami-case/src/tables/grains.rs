@@ -235,7 +235,10 @@ impl PopulationKeys {
         cx.report
             .error(table.place("material"), format!("there is no material `{}`", self.material))
             .label(meant.map_or("not a material of this case".into(), |m| format!("did you mean `{m}`?")))
-            .help(format!("add `[material.{}]` with `density = \"2650 kg/m^3\"`", self.material));
+            .help(format!(
+                "add `[material.{}]` with `density = \"2650 kg/m^3\"`",
+                crate::write::as_key(&self.material)
+            ));
     }
 
     /// Number of grains, as far as the case tells.

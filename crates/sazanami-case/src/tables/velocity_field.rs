@@ -39,6 +39,15 @@ pub enum InitialVelocity {
         #[key(unit = "m/s")]
         speed: Real,
     },
+    /// Plane strain in x1 and x3: `A (x1 - c1)` along x1 and `-A (x3 - c3)` along x3.
+    Strain {
+        /// A point at rest.
+        #[key(unit = "m")]
+        centre: Vector,
+        /// Rate of strain A.
+        #[key(unit = "Hz")]
+        rate: Real,
+    },
 }
 
 impl InitialVelocity {
@@ -52,6 +61,7 @@ impl InitialVelocity {
         match *self {
             Self::Uniform { velocity } => velocity,
             Self::Rotation { centre, angular_velocity } => angular_velocity.cross(x - centre),
+            Self::Strain { centre, rate } => rate * (x - centre) * Vector::new(1.0, 0.0, -1.0),
             Self::TaylorGreen { speed } => {
                 let ([s1, c1], [s3, c3]) = (sin_cos(2.0 * place.x), sin_cos(2.0 * place.z));
                 plane(speed, s1 * c3, c1 * s3)

@@ -7,31 +7,7 @@ use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 /// A grain and a drop fall within a box.
-const CASE: &str = r#"
-[domain]
-size = ["8 mm", "8 mm", "8 mm"]
-cells = [8, 8, 8]
-[material.glass]
-density = "2500 kg/m^3"
-[contact.default]
-normal_stiffness = "1e3 N/m"
-restitution = 0.3
-[[grains]]
-shape.sphere = { diameter = "2 mm" }
-placement.list = [{ position = ["4 mm", "4 mm", "5 mm"] }]
-[[liquid]]
-region.sphere = { diameter = "2 mm" }
-position = ["2 mm", "2 mm", "2 mm"]
-[output]
-figures = { at = [] }
-fields = { at = [] }
-grains = { at = [] }
-[checkpoint]
-every = "0.5 ms"
-[run]
-until = "1 s"
-steps = 40
-"#;
+const CASE: &str = include_str!("../cases/sweep-case.toml");
 
 const PLAN: &str = "case = \"a.toml\"\nside_by_side = 2\n[keys]\n\"fluid.cfl\" = [0.2, 0.3, 0.4]\n";
 

@@ -168,18 +168,7 @@ fn a_full_disk_ends_all_ranks_with_the_cause_of_rank_0() {
 }
 
 /// A drop in a box of many cells.
-const LARGE: &str = r#"
-[domain]
-size = ["8 mm", "8 mm", "8 mm"]
-cells = [200, 200, 200]
-[[liquid]]
-region.sphere = { diameter = "3 mm" }
-position = ["4 mm", "4 mm", "5 mm"]
-[output]
-figures = { at = [] }
-[run]
-until = "1 s"
-"#;
+const LARGE: &str = include_str!("../cases/faults-large.toml");
 
 #[test]
 fn memory_refused_to_one_rank_ends_the_job() {

@@ -12,72 +12,10 @@ use std::process::{Command, Output, Stdio};
 use serde_json::Value;
 
 /// A drop on grains that are packed within the run, on a grid.
-const GRID: &str = r#"
-gravity = "9.8 m/s^2"
-[domain]
-size = ["3.6 mm", "3.2 mm", "4 mm"]
-cells = [18, 16, 20]
-[[liquid]]
-name = "drop"
-region.sphere = { diameter = "1.4 mm" }
-gap_above_bed = "0.1 mm"
-fall = { speed = "2 m/s" }
-[material.sand]
-density = "2650 kg/m^3"
-[contact."sand/sand"]
-normal_stiffness = "100 N/m"
-restitution = 0.3
-friction = 0.6
-[[grains]]
-name = "sand"
-count = 30
-shape.spheroid = { diameter = "0.52 mm", length = "1.27 mm" }
-contact_spheres = "axis(9)"
-material = "sand"
-placement.packed = { lattice = "low", stop = "settled" }
-[output]
-figures = { at = [] }
-[run]
-until = "1 s"
-"#;
+const GRID: &str = include_str!("../cases/mpi-grid.toml");
 
 /// Moving particles over grains, packed and prepared within the run.
-const TANK: &str = r#"
-solver = "mps"
-gravity = "9.81 m/s^2"
-[domain]
-lower = ["-7 mm", "0 mm", "0 mm"]
-size = ["14 mm", "8 mm", "14 mm"]
-[boundary]
-x2 = "periodic"
-x3_upper = "outflow"
-[frame.motion]
-amplitude = ["-2 mm", "0 mm", "0 mm"]
-frequency = "5 Hz"
-ramp = "0.02 s"
-[particles]
-spacing = "1 mm"
-[[liquid]]
-region.box = { lower = ["-7 mm", "0 mm", "0 mm"], upper = ["7 mm", "8 mm", "7 mm"] }
-[material.sand]
-density = "2650 kg/m^3"
-[contact.default]
-normal_stiffness = "400 N/m"
-restitution = 0.5
-friction = 0.4
-[[grains]]
-shape.sphere = { diameter = "1 mm" }
-placement.packed = { level = "3 mm", spacing = 1.1, fall_gravity = 1.0 }
-[preparation]
-relax_steps = 12
-must_rest = false
-settle = "1 ms"
-cache = false
-[output]
-figures = { at = [] }
-[run]
-until = "1 s"
-"#;
+const TANK: &str = include_str!("../cases/mpi-tank.toml");
 
 /// Steps of a run, and those after which it is interrupted.
 const STEPS: usize = 6;

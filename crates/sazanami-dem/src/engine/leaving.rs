@@ -101,12 +101,6 @@ impl Engine {
         self.leave_through = sides;
     }
 
-    /// Sides through which grains leave, by direction, lower and upper.
-    #[must_use]
-    pub fn leave_through(&self) -> [[bool; 2]; 3] {
-        self.leave_through
-    }
-
     /// Grains that have left since the start.
     #[must_use]
     pub fn departures(&self) -> &Departures {

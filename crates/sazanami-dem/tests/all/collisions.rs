@@ -51,18 +51,6 @@ fn rebound(law: LinearSpringDashpot, mass: Real, steps: Real) -> Real {
 }
 
 #[test]
-fn restitution_is_what_was_asked_for() {
-    for tension in [true, false] {
-        for e in [0.5, 0.8, 1.0] {
-            let law = LinearSpringDashpot { tension, ..law(1e4, Damping::Restitution(e)) };
-            let found = rebound(law, 1e-6, 500.0);
-            println!("tension {tension}: {e} -> {found}");
-            assert!((found - e).abs() < 1e-3, "tension {tension}: {e} -> {found}");
-        }
-    }
-}
-
-#[test]
 fn a_grain_bounces_off_both_sides_of_a_plate() {
     let domain = domain();
     let (radius, mass, speed, e) = (1e-3, 1e-6, 0.1, 0.7);
@@ -100,48 +88,6 @@ fn a_plate_that_is_not_there_cannot_be_moved() {
     // Negative control: the first is there, and rises.
     assert_eq!(engine.set_plate(0, [0.1, 0.2], 0.5), Ok(()));
     assert_eq!((engine.walls()[1].edges, engine.walls()[1].velocity.z), (Some([0.1, 0.2]), 0.5));
-}
-
-/// Velocity after over velocity before of two equal balls that meet head on, and the time they touch \[s].
-fn head_on(law: LinearSpringDashpot, mass: Real, steps: Real) -> (Real, Real) {
-    let domain = domain();
-    let (radius, speed) = (1e-3, 0.05);
-    let ball = |id: u64, x: Real| Grain {
-        mass: Some(mass),
-        velocity: Vector::new(-x.signum() * speed, 0.0, 0.0),
-        ..Grain::new(id, 1.0, Vector::new(x, 0.0, 0.0))
-    };
-    let grains = [ball(4, -1.00001 * radius), ball(9, 1.00001 * radius)];
-    let mut engine = Engine::new(&domain, setup(radius, law, vec![]), &grains).expect("the case is sound");
-    let half_period = std::f64::consts::PI * (0.5 * mass / law.normal_stiffness).sqrt();
-    let step = half_period / steps;
-    let mut touching = 0;
-    for _ in 0..(2.5 * steps) as usize {
-        let report =
-            engine.advance(&domain, &Loads::none(), Vector::ZERO, step, Substeps::Fixed(1)).expect("the case is sound");
-        touching += report.contacts;
-    }
-    (engine.grains().velocity[1].x / speed, touching as Real * step)
-}
-
-#[test]
-fn the_papers_dashpot_gives_the_restitution_of_its_grains() {
-    let literal = Damping::Literal { normal: 2.95e-3, tangential: 2.95e-3 };
-    let law = LinearSpringDashpot { tension: true, ..law(1e4, literal) };
-    for (mass, pair, wall) in [(1.93e-7, 0.861, 0.900), (3.93e-7, 0.901, 0.929)] {
-        assert!((head_on(law, mass, 500.0).0 - pair).abs() < 1e-3);
-        assert!((rebound(law, mass, 500.0) - wall).abs() < 1e-3);
-    }
-}
-
-#[test]
-fn a_contact_lasts_half_a_period() {
-    let law = LinearSpringDashpot { tension: true, ..law(1e4, Damping::Restitution(0.5)) };
-    let gamma = damping_ratio(0.5, true);
-    let expected = std::f64::consts::PI * (0.5e-6_f64 / 1e4).sqrt() / (1.0 - gamma * gamma).sqrt();
-    let (e, time) = head_on(law, 1e-6, 500.0);
-    assert!((e - 0.5).abs() < 1e-3, "{e}");
-    assert!((time / expected - 1.0).abs() < 5e-3, "{time} {expected}");
 }
 
 #[test]
@@ -279,94 +225,4 @@ fn the_printed_sign_of_the_tangential_dashpot_would_feed_energy() {
     };
     assert!(energy_after(5e-3) < 1.0 - 1e-4);
     assert!(energy_after(-5e-3) > 1.0 + 1e-4);
-}
-
-#[test]
-fn bounces_under_gravity_approach_those_of_hard_balls() {
-    let (radius, start, e, g) = (0.1, 0.5, 0.8, 9.81);
-    let domain = domain();
-    let error = |stiffness: Real| {
-        let grain = Grain::new(1, 2600.0, Vector::new(0.0, 0.0, start));
-        let law = law(stiffness, Damping::Restitution(e));
-        let mut engine = Engine::new(&domain, setup(radius, law, floor()), &[grain]).expect("the case is sound");
-        let mass = engine.grains().mass[0];
-        let step = std::f64::consts::PI * (mass / stiffness).sqrt() / 200.0;
-        let (mut apexes, mut before) = (Vec::new(), -1.0);
-        while apexes.len() < 3 {
-            engine
-                .advance(&domain, &Loads::none(), Vector::new(0.0, 0.0, -g), step, Substeps::Fixed(1))
-                .expect("the case is sound");
-            let speed = engine.grains().velocity[0].z;
-            if before > 0.0 && speed <= 0.0 {
-                apexes.push(engine.grains().position[0].z);
-            }
-            before = speed;
-        }
-        let hard = |k: i32| (start - radius) * e.powi(2 * k) + radius;
-        (1..).zip(&apexes).map(|(k, h)| (h / hard(k) - 1.0_f64).abs()).fold(0.0, Real::max)
-    };
-    let errors = [5e4, 5e5, 5e6].map(error);
-    println!("relative errors of the first three apexes: {errors:?}");
-    assert!(errors[0] > errors[1] && errors[1] > errors[2], "{errors:?}");
-    assert!(errors[2] < 0.02, "{errors:?}");
-}
-
-/// Rebound angle [deg], ratio of tangential velocities and spin [rad/s] of an oblique impact at 3.9 m/s
-/// with `factor` times the stiffness of Di Renzo and Di Maio (2004).
-fn oblique(angle: Real, factor: Real) -> [Real; 3] {
-    let law = LinearSpringDashpot {
-        normal_stiffness: factor * 1.72e7,
-        tangential_stiffness: factor * 1.48e7,
-        damping: Damping::Literal { normal: 0.0, tangential: 0.0 },
-        friction: 0.092,
-        ..LinearSpringDashpot::SAND
-    };
-    let domain = domain();
-    let radius = 2.5e-3;
-    let (sine, cosine) = angle.to_radians().sin_cos();
-    let velocity = 3.9 * Vector::new(sine, 0.0, -cosine);
-    let grain = Grain { velocity, ..Grain::new(1, 4000.0, Vector::new(0.0, 0.0, 1.00001 * radius)) };
-    let mut engine = Engine::new(&domain, setup(radius, law, floor()), &[grain]).expect("the case is sound");
-    let contact = std::f64::consts::PI * (engine.grains().mass[0] / law.normal_stiffness).sqrt();
-    engine
-        .advance(&domain, &Loads::none(), Vector::ZERO, 2.0 * contact, Substeps::Fixed(4000))
-        .expect("the case is sound");
-    let v = engine.grains().velocity[0];
-    let spin = engine.grains().angular_velocity(0).y;
-    [(v.x / v.z).atan().to_degrees(), v.x / velocity.x, spin]
-}
-
-#[test]
-fn oblique_impacts_follow_the_linear_model() {
-    // Converged solution of the two-degree-of-freedom problem of Di Renzo and Di Maio (2004) with linear springs.
-    let table = [
-        [2.5, 2.163, 0.8651, 22.95],
-        [5.0, 4.036, 0.8064, 65.80],
-        [10.0, 6.556, 0.6518, 235.8],
-        [15.0, 9.045, 0.5941, 409.7],
-        [20.0, 12.182, 0.5931, 542.7],
-        [25.0, 16.168, 0.6217, 623.5],
-        [30.0, 21.472, 0.6813, 621.5],
-        [40.0, 33.229, 0.7807, 549.7],
-        [50.0, 45.221, 0.8456, 461.3],
-        [60.0, 57.139, 0.8938, 358.8],
-    ];
-    let worst = |factor: Real| {
-        let mut worst: Real = 0.0;
-        for [angle, out, ratio, spin] in table {
-            let found = oblique(angle, factor);
-            let errors = [found[0] / out - 1.0, found[1] / ratio - 1.0, found[2] / spin - 1.0];
-            println!("stiffness x {factor}, {angle} deg: {found:?} errors {errors:?}");
-            worst = errors.iter().fold(worst, |w, e| w.max(e.abs()));
-        }
-        worst
-    };
-    // The table is for a lever of one radius and does not depend on the stiffness; here the lever is
-    // shorter by half of the overlap, 0.3 % of the radius at the stiffness given, a tenth of it at the higher one.
-    assert!(worst(1.0) < 2e-2);
-    assert!(worst(100.0) < 5e-3);
-    // Gross sliding is exact: v_t' = v_t - 2 mu v_n, w' = 5 mu v_n / R (e = 1).
-    let [_, ratio, _] = oblique(50.0, 1.0);
-    let (sine, cosine) = 50.0_f64.to_radians().sin_cos();
-    assert!((ratio - (sine - 2.0 * 0.092 * cosine) / sine).abs() < 1e-5);
 }

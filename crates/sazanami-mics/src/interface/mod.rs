@@ -38,9 +38,6 @@ choices! {
         Plic = "plic",
         /// Hyperbolic-tangent profiles weighted by the normal (Yokoi 2007), steepness 3.5.
         ThincWlic = "thinc_wlic",
-        /// Hyperbolic-tangent profiles with slope-dependent steepness (Xiao et al. 2011).
-        #[unlisted]
-        ThincSw = "thinc_sw",
     }
 }
 
@@ -53,7 +50,6 @@ impl InterfaceScheme {
         match self {
             Self::Plic => Plane::through(cells).map_or(cells[13] * courant, |plane| plane.donated(direction, courant)),
             Self::ThincWlic => thinc::weighted(cells, direction, courant),
-            Self::ThincSw => thinc::slope_weighted(cells, direction, courant),
         }
     }
 }

@@ -19,15 +19,6 @@ pub(super) fn weighted(cells: &Neighbourhood, direction: usize, courant: Real) -
     weight * profile(cells[13], -m[direction].signum(), 3.5, courant) + (1.0 - weight) * uniform
 }
 
-/// Xiao, Ii and Chen (2011), J. Comput. Phys. 230: the steeper the interface stands on the sweep,
-/// the flatter the profile.
-pub(super) fn slope_weighted(cells: &Neighbourhood, direction: usize, courant: Real) -> Real {
-    let Some(m) = youngs_normal(cells) else { return cells[13] * courant };
-    let length = (m[0] * m[0] + m[1] * m[1] + m[2] * m[2]).sqrt();
-    let steepness = 2.3 * (m[direction] / length).abs() + 0.01;
-    profile(cells[13], -m[direction].signum(), steepness, courant)
-}
-
 /// Integral of the profile over the slab of width `|courant|` at the upper end of the cell (lower
 /// if `courant` is negative), signed like `courant`.
 fn profile(c: Real, sign: Real, b: Real, courant: Real) -> Real {

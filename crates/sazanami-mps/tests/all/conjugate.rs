@@ -37,6 +37,36 @@ fn a_block_in_the_air_falls_exactly() {
     assert!(fallen(&case, 0.15) > 1e-4, "{:e}", fallen(&case, 0.15));
 }
 
+/// Two round drops that meet, their paths a radius apart, where nothing else acts on them.
+#[test]
+fn drops_that_meet_keep_their_angular_momentum() {
+    let mut case = Case::filled([60, 7, 40], [60, 7, 40], [NOTHING, PERIODIC, NOTHING]);
+    let middle = SPACING * Vector::new(30.0, 3.5, 20.0);
+    let drop =
+        |x: Vector, side: Real| ((x - middle) / SPACING - side * Vector::new(9.0, 0.0, 4.0)).with_y(0.0).length() < 8.0;
+    case.fluid.retain(|p| drop(p.position, 1.0) || drop(p.position, -1.0));
+    for particle in &mut case.fluid {
+        particle.velocity.x = 0.1 * (middle.x - particle.position.x).signum();
+    }
+    case.viscosity = 0.0;
+    // About the middle, along x2; without every tenth particle too.
+    let turning = |solver: &Solver| {
+        solver.sum_over_fluid(|p, a| {
+            let about = (p.position[a] - middle).cross(p.velocity[a]).y;
+            [about, if p.id[a] % 10 == 0 { 0.0 } else { about }]
+        })
+    };
+    let mut solver = case.solo();
+    let [before, _] = turning(&solver);
+    for _ in 0..160 {
+        solver.step(1e-3, &under(Vector::ZERO), |_| ()).expect("the step is sound");
+    }
+    let [after, of_fewer] = turning(&solver);
+    assert!((after / before - 1.0).abs() < 0.02, "{}", after / before);
+    // Negative control: it is not kept where particles are left out.
+    assert!((of_fewer / before - 1.0).abs() > 0.05, "{}", of_fewer / before);
+}
+
 #[test]
 fn a_lattice_of_water_stays_at_rest_and_the_floor_carries_it() {
     let case = Case::filled([10, 8, 14], [10, 8, 10], [WALLS, PERIODIC, OPEN_TOP]);

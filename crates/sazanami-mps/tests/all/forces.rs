@@ -5,7 +5,6 @@ use sazanami_mps::grains::{AddedMass, AddedMassForm, DragParameters, Lift, lift_
 use sazanami_mps::solver::{Forcing, Solver};
 use sazanami_numerics::{Real, Vector};
 
-use crate::drag::{VOID, filter};
 use crate::equivalence::{ranks_agree, restart_agrees, shaken, threads_agree};
 use crate::support::{Case, GRAVITY, OPEN_TOP, PERIODIC, SPACING, WALLS, jittered, under};
 
@@ -42,31 +41,6 @@ fn a_sphere_released_in_still_water_starts_with_its_added_mass() {
         assert!((slower - 1.0).abs() < 0.02, "{density}: {slower}");
         // In clear water Zuber's factor is 1.
         assert!((start(density, ZUBER) / found - 1.0).abs() < 1e-9);
-    }
-}
-
-/// Acceleration of water under a force of 1 m/s^2 in a bed that is held.
-fn acceleration_in_a_bed(added_mass: AddedMass) -> Real {
-    let case = Case { added_mass, ..filter(1e-8, 0.0) };
-    let mut solver = case.solo();
-    let (dt, mut speeds) = (1e-4, [0.0; 2]);
-    for n in 0..20 {
-        solver.step(dt, &under(Vector::X), |_| ()).expect("the step is sound");
-        speeds[n / 10] = solver.fluid_momentum().x / (solver.particle_mass() * case.fluid.len() as Real);
-    }
-    (speeds[1] - speeds[0]) / (10.0 * dt)
-}
-
-#[test]
-fn water_between_held_grains_accelerates_as_their_added_mass_lets_it() {
-    let without = acceleration_in_a_bed(AddedMass::NONE);
-    for added_mass in [SPHERE, ZUBER] {
-        // `eps rho a = eps rho f - (1 - eps) rho C a`.
-        let expected = 1.0 / (1.0 + added_mass.at(VOID) * (1.0 - VOID) / VOID);
-        let found = acceleration_in_a_bed(added_mass);
-        assert!((found / expected - 1.0).abs() < 0.03, "{found} {expected}");
-        // Negative control: without it.
-        assert!((without - 1.0).abs() < 0.03 && found < 0.9 * without, "{without} {found}");
     }
 }
 

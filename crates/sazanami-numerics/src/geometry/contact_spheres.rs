@@ -184,15 +184,6 @@ impl ContactSpheres {
     pub fn bounding_radius(&self) -> Real {
         self.centres.iter().zip(&self.radii).map(|(c, r)| c.length() + r).fold(0.0, Real::max)
     }
-
-    pub(super) fn scaled(&self, factor: Real) -> Self {
-        Self {
-            centres: self.centres.iter().map(|&c| factor * c).collect(),
-            radii: self.radii.iter().map(|r| factor * r).collect(),
-            largest_gap: factor * self.largest_gap,
-            largest_protrusion: factor * self.largest_protrusion,
-        }
-    }
 }
 
 /// Largest distance from one of `points` to the union of `spheres` \[m].

@@ -48,15 +48,4 @@ impl Exact {
             Self::Cylinder(cylinder) => cylinder.half_extents(orientation),
         }
     }
-
-    pub(super) fn scaled(self, factor: Real) -> Self {
-        match self {
-            Self::Spheroid(Spheroid { equatorial, axial }) => {
-                Self::Spheroid(Spheroid { equatorial: factor * equatorial, axial: factor * axial })
-            }
-            Self::Cylinder(Cylinder { radius, length }) => {
-                Self::Cylinder(Cylinder { radius: factor * radius, length: factor * length })
-            }
-        }
-    }
 }

@@ -232,43 +232,11 @@ impl Shape {
         })
     }
 
-    /// The same shape with every length multiplied by `factor`.
-    ///
-    /// # Panics
-    /// If the factor is not positive.
-    #[must_use]
-    pub fn scaled(&self, factor: Real) -> Self {
-        assert!(factor > 0.0 && factor.is_finite(), "a shape is scaled by a positive factor");
-        Self {
-            name: self.name.clone(),
-            mesh: self.mesh.mapped(|p| factor * p),
-            surface: SurfaceMesh {
-                nodes: self.surface.nodes.iter().map(|&p| factor * p).collect(),
-                triangles: self.surface.triangles.clone(),
-            },
-            facets: self.facets.clone(),
-            volume: factor.powi(3) * self.volume,
-            principal_inertia: factor.powi(5) * self.principal_inertia,
-            bounding_radius: factor * self.bounding_radius,
-            levers: self.levers.iter().map(|&lever| factor * lever).collect(),
-            contact_spheres: self.contact_spheres.scaled(factor),
-            exact: self.exact.map(|exact| exact.scaled(factor)),
-            origin: factor * self.origin,
-            axes: self.axes,
-        }
-    }
-
     /// The same shape under another name.
     #[must_use]
     pub fn named(mut self, name: &str) -> Self {
         name.clone_into(&mut self.name);
         self
-    }
-
-    /// Name of the shape.
-    #[must_use]
-    pub fn name(&self) -> &str {
-        &self.name
     }
 
     /// The solid mesh, in the body frame.
@@ -298,13 +266,6 @@ impl Shape {
     #[must_use]
     pub fn principal_inertia(&self) -> Vector {
         self.principal_inertia
-    }
-
-    /// Least width of the mesh along an axis of the body \[m].
-    #[must_use]
-    pub fn least_width(&self) -> Real {
-        let (low, high) = self.extent();
-        (high - low).min_element()
     }
 
     /// Lowest and highest coordinates of the mesh in the body frame \[m].
@@ -416,10 +377,9 @@ mod tests {
         let edges = paper.turning_speed(Vector::X);
         assert!((edges / (0.26e-3 * 0.5) - 1.0).abs() < 0.1, "{edges}");
         assert!(paper.turning_speed(Vector::Y) < 0.75 * paper.bounding_radius());
-        // A cube moves its edges whichever way it turns; twice as large, twice as fast.
+        // A cube moves its edges whichever way it turns.
         let cube = Shape::cuboid(Vector::ONE, &ContactSphereRule::Listed(vec![(Vector::ZERO, 0.1)])).unwrap();
         assert!((cube.turning_speed(Vector::Z) - 0.5).abs() < 1e-12);
-        assert!((cube.scaled(2.0).turning_speed(Vector::Z) - 1.0).abs() < 1e-12);
     }
 
     #[test]
@@ -496,17 +456,6 @@ mod tests {
         let centre = shape.contact_spheres().centres[0];
         assert!((origin + axes * centre - tip).length() < 1e-12);
         assert!((shape.contact_spheres().largest_protrusion).abs() < 1e-2);
-    }
-
-    #[test]
-    fn scaling_scales_everything() {
-        let shape = grain(SpheroidMesh::PAPER, VolumeRule::Inscribed);
-        let half = shape.scaled(0.5);
-        let built = Shape::spheroid(0.13e-3, 0.3175e-3, SpheroidMesh::PAPER, VolumeRule::Inscribed, &AXIS).unwrap();
-        assert!((half.volume() / built.volume() - 1.0).abs() < 1e-12);
-        assert!((half.principal_inertia() / built.principal_inertia() - 1.0).abs().max_element() < 1e-12);
-        assert!((half.contact_spheres().largest_gap / built.contact_spheres().largest_gap - 1.0).abs() < 1e-9);
-        assert!((half.bounding_radius() / built.bounding_radius() - 1.0).abs() < 1e-12);
     }
 
     #[test]

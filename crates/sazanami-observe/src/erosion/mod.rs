@@ -19,10 +19,7 @@ mod surface_grains;
 use sazanami_numerics::Real;
 use sazanami_numerics::choices;
 
-pub use crater::{
-    Crater, cap_volume, cap_volume_of_diameter, cap_volume_of_sphere, depth_below_rims, rim_diameter, sphere_radius,
-    volumes_against,
-};
+pub use crater::{Crater, cap_volume, volumes_against};
 pub use profile::Profile;
 pub use rest::{CraterCourse, Rest, RestError, VolumeCourse};
 pub(crate) use surface_grains::linked_to_bed;
@@ -383,12 +380,6 @@ impl Erosion {
         }
         found
     }
-
-    /// Volume of a crater with the same rim and the depth of one grain [m^3]: less means nothing.
-    #[must_use]
-    pub fn volume_of_one_grain_depth(&self, settings: &ErosionSettings) -> Real {
-        cap_volume(settings.grain_size, self.crater.rim_radius)
-    }
 }
 
 #[cfg(test)]
@@ -402,6 +393,11 @@ mod tests {
 
     fn settings() -> ErosionSettings {
         ErosionSettings::recommended([-HALF; 2], [HALF; 2], 0.0, D)
+    }
+
+    /// Radius of the sphere of a cap, eq. (11).
+    fn sphere_radius(depth: Real, rim_diameter: Real) -> Real {
+        (4.0 * depth + rim_diameter * rim_diameter / depth) / 8.0
     }
 
     /// Height of a spherical cap of given rim radius and depth whose rim stands `rim` above the level
@@ -499,10 +495,10 @@ mod tests {
     #[test]
     fn a_flat_bed_stays_below_the_noise_of_one_grain() {
         let flat = evaluate(&rough(3, |_| LEVEL));
-        assert!(flat.crater.volume < flat.volume_of_one_grain_depth(&settings()));
+        assert!(flat.crater.volume < cap_volume(D, flat.crater.rim_radius));
         // Negative control: a dent of three grains is above it.
         let dent = evaluate(&rough(6, |r| LEVEL - 3.0 * D * (1.0 - (r / 6e-3).powi(2)).max(0.0)));
-        assert!(dent.crater.volume > dent.volume_of_one_grain_depth(&settings()));
+        assert!(dent.crater.volume > cap_volume(D, dent.crater.rim_radius));
     }
 
     #[test]
@@ -513,7 +509,8 @@ mod tests {
             .view(|view| Erosion::of(view, &settings(), Some(&initial)))
             .unwrap();
         // The part of the cap below the initial level is a cap on the same sphere.
-        let excavated = cap_volume_of_sphere(depth - rim, sphere_radius(depth, 2.0 * rim_radius));
+        let (below, radius) = (depth - rim, sphere_radius(depth, 2.0 * rim_radius));
+        let excavated = std::f64::consts::PI * below * below * (3.0 * radius - below) / 3.0;
         assert!((after.volume_excavated.unwrap() / excavated - 1.0).abs() < 0.1);
         assert!((after.depth_below_initial.unwrap() - (depth - rim)).abs() < 0.5 * D);
         let ring = InitialBed { heights: vec![4.0, 2.0], noise: 0.0, noise_below_rim: 0.0 };

@@ -73,15 +73,6 @@ impl Tank {
     pub fn range_inside(&self, margin: Real) -> [Real; 2] {
         [self.x[0] + margin, self.x[1] - margin]
     }
-
-    /// A place on x2 \[m] brought back between periodic sides; as it is between walls.
-    #[must_use]
-    pub fn across(&self, y: Real) -> Real {
-        match self.sides {
-            Sides::Periodic => self.y[0] + (y - self.y[0]).rem_euclid(self.width()),
-            Sides::Walls => y,
-        }
-    }
 }
 
 /// Spherical grains at one instant, one entry each, in the order of their identifiers.

@@ -1,7 +1,6 @@
 //! The programs that pose the cases and measure.
 
 pub mod moving_particles;
-pub mod ripples;
 pub mod shift;
 pub mod transport;
 pub mod whole_run;

@@ -14,11 +14,8 @@ use sazanami_numerics::{Real, Vector};
 
 use crate::measured::Measured;
 
-const SCHEMES: [(&str, InterfaceScheme); 3] = [
-    ("PLIC", InterfaceScheme::Plic),
-    ("THINC/SW", InterfaceScheme::ThincSw),
-    ("THINC/WLIC", InterfaceScheme::ThincWlic),
-];
+const SCHEMES: [(&str, InterfaceScheme); 2] =
+    [("PLIC", InterfaceScheme::Plic), ("THINC/WLIC", InterfaceScheme::ThincWlic)];
 
 /// Largest of `values`, at least zero; not a number if one of them is not.
 fn largest(values: impl IntoIterator<Item = Real>) -> Real {

@@ -1,15 +1,13 @@
 //! A case run whole, into a folder that goes when it is no longer needed.
 
-use std::path::{Path, PathBuf};
-
-use sazanami_numerics::Real;
-use serde_json::Value;
+use std::path::PathBuf;
 
 use sazanami::analyse::Table;
-use sazanami::case::{self, LoadedCase};
+use sazanami::case::LoadedCase;
 use sazanami::progress::Silent;
 use sazanami::run::{RunOptions, run};
 use sazanami::stop::Stop;
+use sazanami_numerics::Real;
 
 /// Folder of a finished run.
 pub(crate) struct WholeRun {
@@ -25,29 +23,13 @@ impl WholeRun {
         Ok(left)
     }
 
-    /// Reads a case from its text with overrides and runs it.
-    pub fn of_text(name: &str, text: &str, overrides: &[String]) -> Result<Self, String> {
-        let loaded = case::parse(Path::new("case.toml"), text, overrides).map_err(|error| error.to_string())?;
-        Self::of(name, &loaded)
-    }
-
-    /// Folder of its results.
-    pub fn folder(&self) -> &Path {
-        &self.folder
-    }
-
-    /// Contents of `summary.json`.
-    pub fn summary(&self) -> Result<Value, String> {
-        let path = self.folder.join(sazanami::results::SUMMARY);
-        let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-        serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))
-    }
-
-    /// Columns of one of its tables, by name; NaN where a cell is empty.
+    /// Columns of one of its tables, by name, of all its rows or those of a layer (`layers.csv upper`); NaN where a cell is
+    /// empty.
     ///
     /// # Errors
     /// If there is no such table or column, or a cell holds what is no finite number.
     pub fn columns<const N: usize>(&self, table: &str, names: [&str; N]) -> Result<[Vec<Real>; N], String> {
+        let (table, layer) = table.split_once(' ').map_or((table, None), |(table, layer)| (table, Some(layer)));
         let path = self.folder.join(table);
         let table = Table::read(&path).map_err(|error| error.to_string())?;
         let table = table.ok_or_else(|| format!("there is no table {}", path.display()))?;
@@ -63,7 +45,12 @@ impl WholeRun {
                 return Err(format!("{} has `{word}` in column {name}", path.display()));
             }
         }
-        Ok(found)
+        let Some(layer) = layer else { return Ok(found) };
+        let layers = table.words("layer");
+        let of_layer = |values: Vec<Real>| {
+            values.into_iter().zip(&layers).filter(|(_, other)| **other == layer).map(|(value, _)| value).collect()
+        };
+        Ok(found.map(of_layer))
     }
 }
 
@@ -72,9 +59,4 @@ impl Drop for WholeRun {
         // What cannot be removed stays in the folder for such things.
         let _ = std::fs::remove_dir_all(&self.folder);
     }
-}
-
-/// The number at `pointer` of a summary.
-pub(crate) fn number(summary: &Value, pointer: &str) -> Result<Real, String> {
-    summary.pointer(pointer).and_then(Value::as_f64).ok_or_else(|| format!("the summary has no number at {pointer}"))
 }

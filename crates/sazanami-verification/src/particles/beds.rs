@@ -1,8 +1,6 @@
 //! Void fractions, flow through a bed, a bed at rest.
 
-use std::f64::consts::PI;
-
-use sazanami_dem::{Grain, Loads, Motion, Random, Substeps};
+use sazanami_dem::{Grain, Loads, Motion, Substeps};
 use sazanami_numerics::{Real, Vector};
 
 use super::settled_bed::{SettledBed, packed};
@@ -10,12 +8,10 @@ use super::vessel::{
     DENSITY, DIAMETER, DOWN, ExperimentError, GRAIN_DENSITY, GRAVITY, OPEN, OPEN_TOP, PERIODIC, Vessel, WALLS,
 };
 use super::vessel::{advance, fluid, lattice, under, zero_above_surface};
-use sazanami_mps::boundary::WallFriction;
-use sazanami_mps::filling;
-use sazanami_mps::grains::{GrainPhase, Voids, volume};
+use sazanami_mps::grains::{GrainPhase, Voids};
 use sazanami_mps::pressure::hydrostatic;
 use sazanami_mps::scheme::Scheme;
-use sazanami_mps::solver::{FluidParticle, Forcing, Solver};
+use sazanami_mps::solver::Solver;
 use sazanami_mps::weight::{Calibration, Weight};
 use sazanami_mps::{Kind, Role};
 
@@ -124,95 +120,6 @@ fn weight_of(solver: &Solver) -> (Weight, Calibration) {
     let settings = solver.settings();
     let weight = Weight { radius: settings.scheme.radius * settings.fluid.spacing };
     (weight, Calibration::new(&weight, settings.fluid.spacing))
-}
-
-/// Steady flow through a bed of fixed grains.
-#[derive(Clone, Copy, Debug)]
-pub struct Seepage {
-    /// Diameter of the grains \[m].
-    pub diameter: Real,
-    /// Void fraction, from the bulk volumes of the fluid.
-    pub void_fraction: Real,
-    /// Mean velocity times void fraction [m/s].
-    pub flux: Real,
-    /// Force on the fluid over its volume, which is the pressure gradient that drives it [Pa/m].
-    pub gradient: Real,
-    /// Change of the flux between the last two quarters of the run over the flux.
-    pub change: Real,
-}
-
-impl Seepage {
-    /// Pressure gradient of Ergun (1952) at this flux over that found, with `eps^power` in place of `eps^3`.
-    #[must_use]
-    pub fn ergun(&self, power: i32) -> Real {
-        let Self { void_fraction: eps, flux, gradient, .. } = *self;
-        let d = self.diameter;
-        let viscosity = DENSITY * 1e-6;
-        let linear = 150.0 * viscosity * (1.0 - eps).powi(2) * flux / (eps.powi(power) * d * d);
-        let quadratic = 1.75 * DENSITY * (1.0 - eps) * flux * flux / (eps.powi(power) * d);
-        (linear + quadratic) / gradient
-    }
-}
-
-/// Fixes grains of about a diameter in a vessel of void fraction `eps`, on a body-centred lattice from which each is moved by
-/// up to a tenth of it.
-pub(super) fn fix_on_lattice(vessel: &mut Vessel, eps: Real) {
-    let d = DIAMETER;
-    // As many cells of two grains as the solid volume asks for.
-    let grains = (1.0 - eps) * (vessel.upper / d).element_product() / (PI / 6.0);
-    let width = (2.0 * (vessel.upper / d).element_product() / grains).cbrt();
-    let cells = (vessel.upper / d).to_array().map(|n| (n / width).round() as usize);
-    let cell = vessel.upper / Vector::from_array(cells.map(|n| n as Real));
-    let mut random = Random::new(11);
-    for place in lattice(cells) {
-        for offset in [-0.25, 0.25] {
-            let way = Vector::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(-1.0, 1.0));
-            let position = cell * (place + Vector::splat(offset)) + 0.1 * d * way;
-            let grain = Grain::new(vessel.grains.len() as u64, GRAIN_DENSITY, position);
-            vessel.grains.push(Grain { motion: Motion::Fixed, ..grain });
-        }
-    }
-    // Whole cells fit the box; the diameter makes up for it.
-    vessel.diameter = ((1.0 - eps) * vessel.upper.element_product() / volume(1.0) / vessel.grains.len() as Real).cbrt();
-}
-
-/// Flow until `end` \[s] under a body force `force` [m/s^2] through a bed of void fraction `eps`, 10 x 8 x 10 diameters, periodic in x
-/// and y, between walls that slip. Grains of about a diameter lie on a body-centred lattice, each moved by up to a tenth
-/// of it.
-///
-/// # Errors
-/// [`ExperimentError`] if a step fails.
-pub fn seepage(scheme: Scheme, eps: Real, force: Real, end: Real) -> Result<Seepage, ExperimentError> {
-    let d = DIAMETER;
-    let size = [10, 8, 10];
-    let mut vessel = Vessel::new(size, d, [PERIODIC, PERIODIC, WALLS]);
-    vessel.reference = 10.0 * d * Vector::Z;
-    (vessel.friction, vessel.scheme) = (WallFriction::Slip, scheme);
-    vessel.longest = 2e-4;
-    fix_on_lattice(&mut vessel, eps);
-    vessel.fluid = filling::layers(vessel.lower, vessel.upper, 10.0 * d, d, |_| eps)
-        .into_iter()
-        .map(|position| FluidParticle { position, velocity: Vector::ZERO })
-        .collect();
-    let mut solver = vessel.solver()?;
-    let forcing = |_: Real, _: Real| Forcing { body_force: force * Vector::X, ..Forcing::default() };
-    let (mut speed, mut counts) = ([0.0; 4], [0.0; 4]);
-    advance(&mut solver, [0.0, end], forcing, |time, solver, _| {
-        let [sum, count] = solver.sum_over_fluid(|p, a| [p.velocity[a].x, 1.0]);
-        let quarter = ((4.0 * time / end) as usize).min(3);
-        speed[quarter] += sum / count;
-        counts[quarter] += 1.0;
-    })?;
-    let [bulk, count] = solver.sum_over_fluid(|p, a| [solver.grains().void_fraction(p.position[a]).recip(), 1.0]);
-    let void_fraction = count / bulk;
-    let [before, after] = [2, 3].map(|n| speed[n] / counts[n]);
-    Ok(Seepage {
-        diameter: vessel.diameter,
-        void_fraction,
-        flux: void_fraction * after,
-        gradient: DENSITY * force,
-        change: after / before - 1.0,
-    })
 }
 
 /// State of a bed under water at rest.

@@ -1,52 +1,11 @@
-//! Jets: one that shears itself in the air, and those of water that falls to and fro in a closed box.
+//! Jets of water that falls to and fro in a closed box.
 
-use sazanami_numerics::{Real, Vector};
+use sazanami_numerics::Real;
 
-use super::vessel::{DOWN, Energy, ExperimentError, GRAVITY, OPEN, PERIODIC, SLAB, Vessel, WALLS};
-use super::vessel::{advance, kinetic_energy, under};
+use super::vessel::{DOWN, Energy, ExperimentError, GRAVITY, PERIODIC, Vessel, WALLS, kinetic_energy, under};
 use sazanami_mps::boundary::WallFriction;
 use sazanami_mps::scheme::Scheme;
 use sazanami_mps::solver::Solver;
-
-/// Conservation in a jet with a parabolic velocity between free surfaces: inviscid it is steady, with pressure zero.
-#[derive(Clone, Copy, Debug)]
-pub struct ShearedJet {
-    /// Kinetic energy.
-    pub energy: Energy,
-    /// Largest change of the momentum over the momentum.
-    pub momentum: Real,
-    /// Root mean square error of the velocity over the root mean square of the exact one.
-    pub velocity: Real,
-}
-
-/// A jet along x of unit half thickness, `across` particles to it, with the velocity `1 - z^2`, two long and periodic in x and 7
-/// particles thick in y, off the lattice by up to a tenth of a spacing, until `t = end`.
-///
-/// # Errors
-/// [`ExperimentError`] if a step fails.
-pub fn sheared_jet(across: usize, end: Real, scheme: Scheme) -> Result<ShearedJet, ExperimentError> {
-    let spacing = 1.0 / across as Real;
-    let thick = 2 * across;
-    let mut vessel =
-        Vessel::new([thick, SLAB, 2 * thick], spacing, [PERIODIC, PERIODIC, OPEN]).filled([thick, SLAB, thick]);
-    vessel.fluid.iter_mut().for_each(|particle| particle.position.z += 1.0);
-    (vessel.scheme, vessel.viscosity, vessel.longest) = (scheme, 0.0, 0.15 * spacing);
-    vessel.jitter(0.1);
-    let exact = |x: Vector| Real::max(1.0 - (x.z - 2.0).powi(2), 0.0) * Vector::X;
-    vessel.set_velocity(exact);
-    let mut solver = vessel.solver()?;
-    let before = solver.fluid_momentum();
-    let (mut energy, mut momentum) = (Energy::new(kinetic_energy(&solver)), 0.0);
-    advance(&mut solver, [0.0, end], under(Vector::ZERO), |_, solver, _| {
-        energy.see(kinetic_energy(solver));
-        momentum = Real::max(momentum, (solver.fluid_momentum() - before).length() / before.length());
-    })?;
-    let [error, scale] = solver.sum_over_fluid(|p, a| {
-        let exact = exact(p.position[a]);
-        [(p.velocity[a] - exact).length_squared(), exact.length_squared()]
-    });
-    Ok(ShearedJet { energy, momentum, velocity: (error / scale).sqrt() })
-}
 
 /// Box of the water that falls to and fro, and the water, in spacings of 1 mm.
 const BOX: [usize; 3] = [14, 8, 24];

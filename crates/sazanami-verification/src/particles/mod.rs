@@ -1,30 +1,22 @@
 //! Experiments on moving particles: programs that set up a vessel, run it and return how far the result is off.
 
-mod at_rest;
 mod bed_load;
 mod bed_stress;
 mod beds;
-mod drop;
 mod fluidised;
-mod interior;
 mod jets;
 mod operators;
 mod repose;
 mod settled_bed;
 mod suspended;
 mod vessel;
-mod waves;
 
-pub use at_rest::{Rest, RestSetup, falling_block, rest};
 pub use bed_load::{BedLoad, bed_load};
 pub use bed_stress::{BedStress, bed_stress, started_flow};
-pub use beds::{LatticeVoids, RestingBed, Seepage, dry_bed, lattice_voids, resting_bed, seepage};
-pub use drop::{Ellipse, StretchedDrop, stretching_drop};
+pub use beds::{LatticeVoids, RestingBed, dry_bed, lattice_voids, resting_bed};
 pub use fluidised::{BedOnSieve, FluidisedBed};
-pub use interior::{CollidedDrops, TurningPatch, Vortices, colliding_drops, taylor_green, turning_patch};
-pub use jets::{ReversedFall, ShearedJet, reversed_fall, sheared_jet};
+pub use jets::{ReversedFall, reversed_fall};
 pub use operators::{Operators, bulk_weighted, laplacian_by_number_density, operators};
 pub use repose::{Repose, repose};
-pub use suspended::{HinderedSettling, UpwardFlow, hindered_settling, settling_speed, upward_flow};
+pub use suspended::{HinderedSettling, hindered_settling, settling_speed};
 pub use vessel::{DENSITY, DIAMETER, DOWN, Energy, ExperimentError, GRAIN_DENSITY, GRAVITY, Vessel, advance};
-pub use waves::{StandingWave, WaveTank, standing_wave};

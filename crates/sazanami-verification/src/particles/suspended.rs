@@ -1,25 +1,19 @@
-//! Grains in boxes of water that are periodic all round: flow through fixed ones, and free ones that settle.
+//! Free grains that settle together in a box of water that is periodic all round.
 
-use sazanami_dem::{Grain, Motion, Random};
+use sazanami_dem::{Grain, Random};
 use sazanami_mps::filling;
 use sazanami_mps::grains::{DragParameters, volume};
 use sazanami_mps::scheme::Scheme;
 use sazanami_mps::solver::{FluidParticle, Forcing, Solver};
-use sazanami_numerics::mean_flow::{ActsBy, MeanFlow, MeanFlowSettings};
 use sazanami_numerics::{Real, Vector};
 
-use super::beds::fix_on_lattice;
+use super::vessel::advance;
 use super::vessel::{DENSITY, DIAMETER, DOWN, ExperimentError, GRAIN_DENSITY, GRAVITY, PERIODIC, Vessel};
-use super::vessel::{advance, under};
 
 /// Extent of the boxes, in diameters.
 const SIZE: [usize; 3] = [10, 10, 12];
 /// Kinematic viscosity of the water [m^2/s].
 const VISCOSITY: Real = 1e-6;
-/// Time in which the driving force answers to the mean velocity \[s].
-const ANSWER: Real = 0.005;
-/// Void fraction above which grains are placed at random.
-const SPARSE: Real = 0.69;
 
 /// Places in a box of `extent` diameters, periodic all round, at random one after the other and a diameter or more apart, in
 /// diameters; the box can hold at most a third of its volume so.
@@ -39,79 +33,20 @@ fn scattered(extent: Vector, count: usize, seed: u64) -> Vec<Vector> {
     places
 }
 
-/// A box periodic all round with grains that leave the void fraction `eps`, and with water at rest: free grains, or fixed ones.
-fn suspension(scheme: Scheme, eps: Real, motion: Motion, seed: u64) -> Vessel {
+/// A box periodic all round with free grains that leave the void fraction `eps`, scattered by `seed`, and with water at rest.
+fn suspension(scheme: Scheme, eps: Real, seed: u64) -> Vessel {
     let d = DIAMETER;
     let mut vessel = Vessel::new(SIZE, d, [PERIODIC; 3]);
     (vessel.scheme, vessel.longest) = (scheme, 4e-4);
     let extent = vessel.upper / d;
-    if eps > SPARSE {
-        let count = ((1.0 - eps) * extent.element_product() / volume(1.0)).round() as usize;
-        let grain = |(n, place): (usize, Vector)| Grain { motion, ..Grain::new(n as u64, GRAIN_DENSITY, d * place) };
-        vessel.grains = scattered(extent, count, seed).into_iter().enumerate().map(grain).collect();
-    } else {
-        fix_on_lattice(&mut vessel, eps);
-    }
+    let count = ((1.0 - eps) * extent.element_product() / volume(1.0)).round() as usize;
+    let places = scattered(extent, count, seed).into_iter().enumerate();
+    vessel.grains = places.map(|(n, place)| Grain::new(n as u64, GRAIN_DENSITY, d * place)).collect();
     vessel.fluid = filling::layers(vessel.lower, vessel.upper, vessel.upper.z, d, |_| eps)
         .into_iter()
         .map(|position| FluidParticle { position, velocity: Vector::ZERO })
         .collect();
     vessel
-}
-
-/// Steady flow upwards through fixed grains.
-#[derive(Clone, Copy, Debug)]
-pub struct UpwardFlow {
-    /// Diameter of the grains \[m].
-    pub diameter: Real,
-    /// Void fraction, from the number of fluid particles.
-    pub void_fraction: Real,
-    /// Mean velocity times void fraction [m/s].
-    pub flux: Real,
-    /// Force on the fluid over its volume that holds the flux, which is the pressure gradient [Pa/m].
-    pub gradient: Real,
-    /// Change of the force between the last two quarters of the run over the force.
-    pub change: Real,
-    /// Mean void fraction that the drag was taken with.
-    pub void_of_drag: Real,
-}
-
-impl UpwardFlow {
-    /// Pressure gradient by Ergun (1952) at this flux over that found, with `eps^power` in place of `eps^3`.
-    #[must_use]
-    pub fn ergun(&self, power: i32) -> Real {
-        ergun(self.void_fraction, self.flux, self.diameter, power) / self.gradient
-    }
-
-    /// Pressure gradient by Wen and Yu (1966) with the drag of Schiller and Naumann at this flux over that found, with
-    /// `eps^power` in place of `eps^-1.65`.
-    #[must_use]
-    pub fn wen_yu(&self, power: Real) -> Real {
-        self.wen_yu_at(self.void_fraction, power)
-    }
-
-    /// The same with the void fraction that the drag was taken with.
-    #[must_use]
-    pub fn wen_yu_seen(&self) -> Real {
-        self.wen_yu_at(self.void_of_drag, -1.65)
-    }
-
-    /// Void fraction that the drag was taken with over that of the box.
-    #[must_use]
-    pub fn void_over_box(&self) -> Real {
-        self.void_of_drag / self.void_fraction
-    }
-
-    /// Drag at a void fraction `eps`, with the velocity and the number of grains of the box.
-    fn wen_yu_at(&self, eps: Real, power: Real) -> Real {
-        let Self { void_fraction, flux, diameter: d, .. } = *self;
-        let slip = flux / void_fraction;
-        let reynolds = eps * slip * d / VISCOSITY;
-        let drag = 24.0 / reynolds * (1.0 + 0.15 * reynolds.powf(0.687));
-        // Force per bulk volume over the void fraction.
-        let force = 0.75 * drag * (1.0 - void_fraction) * eps.powf(power) * DENSITY * slip * slip / d;
-        force / void_fraction / self.gradient
-    }
 }
 
 /// Pressure gradient of a flux [m/s] through a bed of void fraction `eps` by Ergun (1952), with `eps^power` in place of `eps^3`
@@ -120,48 +55,6 @@ pub(super) fn ergun(eps: Real, flux: Real, d: Real, power: i32) -> Real {
     let linear = 150.0 * DENSITY * VISCOSITY * (1.0 - eps).powi(2) * flux / (d * d);
     let quadratic = 1.75 * DENSITY * (1.0 - eps) * flux * flux / d;
     (linear + quadratic) / eps.powi(power)
-}
-
-/// Flow held at the `flux` [m/s] upwards through fixed grains of void fraction `eps`, until `end` \[s].
-///
-/// # Errors
-/// [`ExperimentError`] if a step fails.
-pub fn upward_flow(scheme: Scheme, eps: Real, flux: Real, end: Real) -> Result<UpwardFlow, ExperimentError> {
-    let vessel = suspension(scheme, eps, Motion::Fixed, 1);
-    let mut solver = vessel.solver()?;
-    let extent = vessel.upper;
-    let solid = vessel.grains.len() as Real * volume(vessel.diameter) / extent.element_product();
-    let velocity = flux / (1.0 - solid) * Vector::Z;
-    solver.set_velocities(|_, _| velocity);
-    let area = extent.x * extent.y;
-    let acts_by = ActsBy::Mass;
-    solver.hold_mean_flow(MeanFlow::new(MeanFlowSettings {
-        velocity,
-        held: velocity.to_array().map(|u| u != 0.0),
-        net: false,
-        above: -1.0,
-        area,
-        answer: ANSWER,
-        rise: 0.0,
-        acts_by,
-    }));
-    let (mut sums, mut counts) = ([[0.0; 2]; 4], [0.0; 4]);
-    advance(&mut solver, [0.0, end], under(Vector::ZERO), |time, _, report| {
-        let flow = report.mean_flow.expect("a mean velocity is held");
-        let quarter = ((4.0 * time / end) as usize).min(3);
-        sums[quarter][0] += flow.velocity.z;
-        sums[quarter][1] += flow.acceleration.z;
-        counts[quarter] += 1.0;
-    })?;
-    let [before, after] = [2, 3].map(|n| sums[n].map(|sum| sum / counts[n]));
-    Ok(UpwardFlow {
-        diameter: vessel.diameter,
-        void_fraction: 1.0 - solid,
-        flux: (1.0 - solid) * after[0],
-        gradient: DENSITY * after[1],
-        change: after[1] / before[1] - 1.0,
-        void_of_drag: mean_void(&solver),
-    })
 }
 
 /// Grains that settle together through water that their volume displaces.
@@ -245,7 +138,7 @@ pub fn hindered_settling(
     seed: u64,
     end: Real,
 ) -> Result<HinderedSettling, ExperimentError> {
-    let vessel = suspension(scheme, 1.0 - fraction, Motion::Free, seed);
+    let vessel = suspension(scheme, 1.0 - fraction, seed);
     let mut solver = vessel.solver()?;
     let solid = vessel.grains.len() as Real * volume(DIAMETER);
     let mass = solver.particle_mass() * vessel.fluid.len() as Real + GRAIN_DENSITY * solid;

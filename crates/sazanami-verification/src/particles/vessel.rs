@@ -1,6 +1,6 @@
 //! A box with fluid and grains, and the loop that runs it.
 
-use sazanami_dem::{Body, DemError, Engine, Grain, Interactions, LinearSpringDashpot, Random, Setup, Substeps, Wall};
+use sazanami_dem::{Body, DemError, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
@@ -27,8 +27,6 @@ pub(super) const WALLS: [Side; 2] = [Side::Wall; 2];
 pub(super) const PERIODIC: [Side; 2] = [Side::Periodic; 2];
 pub(super) const OPEN: [Side; 2] = [Side::Open; 2];
 pub(super) const OPEN_TOP: [Side; 2] = [Side::Wall, Side::Open];
-/// Least thickness of a slab that stands for a flow in two dimensions, in spacings.
-pub(super) const SLAB: usize = 7;
 
 /// An experiment could not be set up or went wrong.
 #[derive(Debug, thiserror::Error)]
@@ -106,15 +104,6 @@ impl Vessel {
         );
         self.reference = self.lower + self.spacing * Vector::new(0.0, 0.0, count[2] as Real);
         self
-    }
-
-    /// Moves every fluid particle by up to `part` of a spacing in each direction.
-    pub fn jitter(&mut self, part: Real) {
-        let mut random = Random::new(7);
-        let mut way = || part * self.spacing * random.between(-1.0, 1.0);
-        for particle in &mut self.fluid {
-            particle.position += Vector::new(way(), way(), way());
-        }
     }
 
     /// Gives every fluid particle the velocity of its place.

@@ -15,7 +15,9 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{Communicator, Reduction, for_each_chunk};
 
 use super::{fluid, grains};
-use crate::case::meaning::{BoundarySide, Case, FluidName, GrainShape, LiquidRegion, Population};
+use crate::case::meaning::{
+    BoundarySide, BoxDomain, Case, FluidName, GrainShape, InitialVelocity, LiquidRegion, Population,
+};
 
 /// Cells of the division into ranks, over the radius of influence.
 const CELL: Real = 0.56;
@@ -172,7 +174,7 @@ pub(crate) fn fill(case: &Case, domain: &Domain, grains: &GrainPhase, bed_height
         let is_here = |(fraction, liquid): &&(RegionFractions<'_>, &Liquid)| {
             liquid.fluid == FluidName::Liquid && fraction.fraction(i, j, k) > 0.0
         };
-        let near = || fractions.iter().rev().find(is_here).map(|(_, liquid)| liquid.particle(position));
+        let near = || fractions.iter().rev().find(is_here).map(|(_, liquid)| liquids.particle(liquid, position));
         liquids.particle_at(position).or_else(near)
     };
     pouring::pour(&cells, &shares, spacing).into_iter().filter_map(particle).collect()
@@ -185,14 +187,12 @@ struct Liquid {
     velocity: Vector,
 }
 
-impl Liquid {
-    fn particle(&self, position: Vector) -> FluidParticle {
-        FluidParticle { position, velocity: self.velocity }
-    }
-}
-
 /// Liquids and bubbles of the case: later ones take the place of earlier ones.
-struct Liquids(Vec<Liquid>);
+struct Liquids {
+    placed: Vec<Liquid>,
+    box_size: BoxDomain,
+    initial: Option<InitialVelocity>,
+}
 
 impl Liquids {
     fn of(case: &Case, bed_height: Real) -> Self {
@@ -201,18 +201,25 @@ impl Liquids {
             let region = liquid.region.moved(origin).geometry();
             Liquid { region, fluid: liquid.fluid, velocity: liquid.velocity }
         };
-        Self(case.liquids.iter().map(placed).collect())
+        let placed = case.liquids.iter().map(placed).collect();
+        Self { placed, box_size: case.domain, initial: case.fluid.initial_velocity }
+    }
+
+    /// A particle with the velocity of its liquid and that of its place.
+    fn particle(&self, liquid: &Liquid, position: Vector) -> FluidParticle {
+        let own = self.initial.map_or(Vector::ZERO, |initial| initial.at(&self.box_size, position));
+        FluidParticle { position, velocity: liquid.velocity + own }
     }
 
     /// The particle of a place, if there is liquid.
     fn particle_at(&self, position: Vector) -> Option<FluidParticle> {
-        let found = self.0.iter().rev().find(|liquid| liquid.region.contains(position))?;
-        (found.fluid == FluidName::Liquid).then(|| found.particle(position))
+        let found = self.placed.iter().rev().find(|liquid| liquid.region.contains(position))?;
+        (found.fluid == FluidName::Liquid).then(|| self.particle(found, position))
     }
 
     /// Smallest box around all liquids, with infinite sides where they have no end \[m].
     fn bounds(&self) -> (Vector, Vector) {
-        let liquids = self.0.iter().filter(|liquid| liquid.fluid == FluidName::Liquid);
+        let liquids = self.placed.iter().filter(|liquid| liquid.fluid == FluidName::Liquid);
         liquids
             .map(|liquid| liquid.region.bounds())
             .fold((Vector::INFINITY, Vector::NEG_INFINITY), |(lower, upper), (l, u)| (lower.min(l), upper.max(u)))
@@ -220,7 +227,7 @@ impl Liquids {
 
     /// Part of each cell of a grid that each liquid fills.
     fn fractions(&self, cells: &Grid) -> Vec<(RegionFractions<'_>, &Liquid)> {
-        self.0.iter().map(|liquid| (RegionFractions::new(&liquid.region, cells, fluid::COLUMNS), liquid)).collect()
+        self.placed.iter().map(|liquid| (RegionFractions::new(&liquid.region, cells, fluid::COLUMNS), liquid)).collect()
     }
 }
 

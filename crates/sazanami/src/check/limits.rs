@@ -163,7 +163,7 @@ fn given_speeds(case: &Case) -> Vec<(Cause, Vector)> {
     if let Some(flow) = carrying_flow(case) {
         return vec![(Cause::CarryingFlow, flow.largest(case.domain.lower, case.domain.extent()))];
     }
-    let initial = case.fluid.initial_velocity.filter(|_| case.solver == Solver::Mics);
+    let initial = case.fluid.initial_velocity;
     let with_initial = |velocity: Vector| match &initial {
         Some(initial) => largest_on(&case.domain, |x| (velocity + initial.at(&case.domain, x)).abs()),
         None => velocity.abs(),

@@ -13,53 +13,7 @@ use serde_json::Value;
 use crate::support::{Listener, On, Scratch, Table, checkpoints, go_on, load, newest, start, summary};
 
 /// A shallow bed of beads that a drop falls on; some are thrown up.
-const BEADS: &str = r#"
-gravity = "9.8 m/s^2"
-[domain]
-size = ["4 mm", "4 mm", "4 mm"]
-cells = [12, 12, 12]
-[fluid]
-tol_div = 1e-8
-dt_max = "50 us"
-[[liquid]]
-region.sphere = { diameter = "1.2 mm" }
-position = ["2 mm", "2 mm", "1.9 mm"]
-fall = { speed = "1.2 m/s" }
-allow_touching_grains = true
-[material.sand]
-density = "2650 kg/m^3"
-[contact.default]
-normal_stiffness = "200 N/m"
-restitution = 0.3
-friction = 0.5
-[[grains]]
-name = "bed"
-shape.sphere = { diameter = "0.5 mm", refinement = 1 }
-material = "sand"
-placement.lattice = { lower = ["0 mm", "0 mm", "0 mm"], upper = ["4 mm", "4 mm", "1.2 mm"], counts = [7, 7, 2], jitter = 0.03 }
-[[grains]]
-name = "thrown"
-shape.spheroid = { diameter = "0.3 mm", length = "0.4 mm" }
-contact_spheres = "axis(3)"
-material = "sand"
-placement.list = [{ position = ["0.6 mm", "0.6 mm", "1.42 mm"], velocity = ["0.5 m/s", "0 m/s", "2.5 m/s"] }]
-[bed]
-porosity_upper = "0.8 mm"
-[erosion]
-axis = ["2.6 mm", "1.4 mm"]                # where there is a hollow
-grain_size = "0.5 mm"
-dr = "0.3 mm"
-dx = "0.4 mm"
-r_max = "1.8 mm"
-[checkpoint]
-every = "0.2 ms"
-keep = 2
-[output]
-figures = { at = [] }
-series = { steps = 2 }
-[run]
-until = "20 ms"
-"#;
+const BEADS: &str = include_str!("../cases/analysis-beads.toml");
 
 const STEPS: u64 = 40;
 

@@ -83,41 +83,7 @@ fn a_block_slides_along_a_plate_that_it_touches() {
 }
 
 /// A block that slides down a beach into water; both are as wide as a slice of five cells.
-const SLIDE: &str = r#"
-solver = "mics"
-gravity = "9.81 m/s^2"
-[domain]
-size = ["0.84 m", "0.1 m", "0.48 m"]
-cells = [42, 5, 24]
-[boundary]
-all = "slip"
-x3_upper = { fixed_pressure = { pressure = "0 Pa" } }
-[[liquid]]
-region.box = { lower = ["0 m", "0 m", "0 m"], upper = ["0.84 m", "0.1 m", "0.25 m"] }
-allow_touching_grains = true
-[material.rock]
-density = "2600 kg/m^3"
-[contact.default]
-normal_stiffness = "1e5 N/m"
-restitution = 0.3
-friction = 0.1
-[[grains]]
-name = "ramp"
-shape.box = { size = ["0.5 m", "90 mm", "60 mm"] }
-contact_spheres = "shell(400)"
-motion = "prescribed"
-placement.list = [{ position = ["0.26 m", "50 mm", "0.22 m"], axis = [0, 1, 0], angle = "30 deg" }]
-[[grains]]
-name = "block"
-shape.box = { size = ["0.12 m", "60 mm", "60 mm"] }
-contact_spheres = "shell(200)"
-placement.list = [{ position = ["0.1625 m", "50 mm", "0.3505 m"], velocity = ["0.35 m/s", "0 m/s", "-0.2 m/s"], axis = [0, 1, 0], angle = "30 deg" }]
-[output]
-figures = { at = [] }
-fields = { at = [] }
-[run]
-until = "0.4 s"
-"#;
+const SLIDE: &str = include_str!("../cases/bodies-slide.toml");
 
 #[test]
 fn a_block_slides_into_water_without_gaining_energy() {
@@ -143,41 +109,7 @@ fn a_block_slides_into_water_without_gaining_energy() {
 }
 
 /// A sphere of 6 cells that spins in liquid, every step on record.
-const SPINNING: &str = r#"
-gravity = "9.81 m/s^2"
-[domain]
-size = ["15 mm", "15 mm", "20 mm"]
-cells = [15, 15, 20]
-[boundary]
-all = "slip"
-x3 = "no_slip"
-[fluid]
-dt = "0.5 ms"
-[fluid.liquid]
-density = "1000 kg/m^3"
-kinematic_viscosity = "1e-5 m^2/s"
-[[liquid]]
-region.half_space = { point = ["0 m", "0 m", "9 m"] }
-allow_touching_grains = true
-[material.glass]
-density = "2500 kg/m^3"
-[contact.default]
-normal_stiffness = "1e4 N/m"
-[[grains]]
-name = "ball"
-shape.sphere = { diameter = "6 mm", refinement = 3 }
-placement.list = [{ position = ["7.4 mm", "7.7 mm", "12.2 mm"], velocity = ["50 mm/s", "20 mm/s", "-0.1 m/s"], angular_velocity = ["30 rad/s", "20 rad/s", "-40 rad/s"] }]
-[[probe]]
-name = "ball"
-body = { population = "ball", index = 0 }
-every = "0.5 ms"
-[output]
-figures = { at = [] }
-fields = { at = [] }
-series = { every = "0.5 ms" }
-[run]
-until = "20 ms"
-"#;
+const SPINNING: &str = include_str!("../cases/bodies-spinning.toml");
 
 #[test]
 fn the_force_of_the_fluid_is_what_moves_a_body() {
@@ -221,30 +153,7 @@ fn the_force_of_the_fluid_is_what_moves_a_body() {
 }
 
 /// A sphere of 8 cells above a level of water.
-const AT_SURFACE: &str = r#"
-gravity = "9.81 m/s^2"
-[domain]
-size = ["22.5 mm", "22.5 mm", "37.5 mm"]
-cells = [18, 18, 30]
-[boundary]
-all = "slip"
-[[liquid]]
-region.box = { lower = ["0 mm", "0 mm", "0 mm"], upper = ["22.5 mm", "22.5 mm", "20 mm"] }
-allow_touching_grains = true
-[material.m]
-density = "2500 kg/m^3"
-[contact.default]
-normal_stiffness = "1e4 N/m"
-[[grains]]
-name = "ball"
-shape.sphere = { diameter = "10 mm", refinement = 3 }
-placement.list = [{ position = ["11.25 mm", "11.25 mm", "26 mm"], velocity = ["0 m/s", "0 m/s", "-1 m/s"] }]
-[output]
-figures = { at = [] }
-fields = { at = [] }
-[run]
-until = "10 ms"
-"#;
+const AT_SURFACE: &str = include_str!("../cases/bodies-at-surface.toml");
 
 #[test]
 fn a_body_passes_the_surface_of_liquid() {

@@ -5,37 +5,7 @@ use std::path::Path;
 use crate::support::{On, Scratch, load, start};
 
 /// Damp spheres that fall on each other in air.
-const DAMP: &str = r#"
-gravity = "9.81 m/s^2"
-[domain]
-size = ["8 mm", "4 mm", "8 mm"]
-cells = [4, 2, 4]
-[boundary]
-all = "slip"
-x2 = "periodic"
-[fluid]
-dt_max = "0.5 ms"
-[material.glass]
-density = "2500 kg/m^3"
-[contact.default]
-normal_stiffness = "500 N/m"
-restitution = 0.5
-friction = 0.3
-[dem.bridges]
-surface_tension = "72.8 mN/m"
-[[grains]]
-name = "beads"
-shape.sphere = { diameter = "1 mm" }
-material = "glass"
-placement.lattice = { lower = ["0.1 mm", "0 mm", "0.1 mm"], upper = ["4.14 mm", "4 mm", "4.14 mm"], counts = [4, 3, 4], jitter = 0.02 }
-[output]
-figures = { at = [] }
-fields = { at = [] }
-grains = { at = [] }
-series = { every = "5 ms" }
-[run]
-until = "20 ms"
-"#;
+const DAMP: &str = include_str!("../cases/bridges-damp.toml");
 
 fn refusal(changes: &[&str]) -> String {
     let changes: Vec<String> = changes.iter().map(|text| (*text).to_owned()).collect();

@@ -4,25 +4,7 @@ use crate::support::{Left, On, Scratch, go_on, load, start};
 use sazanami_test_support::vtk::parse;
 
 /// A round piece of liquid in a box of 32 x 32 cells.
-const BOX: &str = r#"
-gravity = "0 m/s^2"
-[domain]
-size = ["1 m", "31.25 mm", "1 m"]
-cells = [32, 1, 32]
-[boundary]
-x2 = "periodic"
-[fluid]
-dt = "12.5 ms"
-[[liquid]]
-region.sphere = { diameter = "0.3 m" }
-position = ["0.5 m", "15.625 mm", "0.75 m"]
-[run]
-until = "8 s"
-[output]
-precision = "double"
-figures = { at = [] }
-fields = { at = ["0 s", "4 s", "8 s"] }
-"#;
+const BOX: &str = include_str!("../cases/carrying-flow-box.toml");
 
 /// The reversed single vortex of Rider and Kothe (1998), as `verification/reversed-vortex` poses it.
 const VORTEX: &str = "fluid.carrying_flow={ reversed_vortex = { speed = \"1 m/s\", period = \"8 s\" } }";

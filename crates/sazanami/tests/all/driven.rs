@@ -6,34 +6,7 @@ use crate::support::{Left, On, Scratch, findings, go_on, load, start};
 use sazanami_numerics::Real;
 
 /// A viscous liquid between two plates 4 mm apart, at a mean velocity of 10 mm/s along x1.
-const PLATES: &str = r#"
-gravity = "0 m/s^2"
-[domain]
-size = ["4 mm", "4 mm", "4 mm"]
-cells = [4, 4, 16]
-[boundary]
-x1 = "periodic"
-x2 = "periodic"
-[drive]
-mean_velocity = ["10 mm/s", "0 m/s", "0 m/s"]
-answer = "5 ms"
-[fluid]
-dt_max = "0.1 ms"
-[fluid.liquid]
-density = "1000 kg/m^3"
-kinematic_viscosity = "1e-4 m^2/s"
-[[liquid]]
-region.box = { lower = ["0 mm", "0 mm", "0 mm"], upper = ["4 mm", "4 mm", "4 mm"] }
-[particles]
-spacing = "0.5 mm"
-dt_max = "0.1 ms"
-[output]
-figures = { at = [] }
-fields = { at = [] }
-series = { every = "1 ms" }
-[run]
-until = "0.3 s"
-"#;
+const PLATES: &str = include_str!("../cases/driven-plates.toml");
 
 /// A grain in that liquid, before its particles.
 const GRAIN: &str = r#"
@@ -238,28 +211,10 @@ fn ranks_hold_the_same_flow_and_let_the_same_grain_go() {
 }
 
 /// A simple cubic lattice of fixed spheres in a box that is periodic all round, and a liquid that is driven through it.
-const LATTICE: &str = r#"
-gravity = "0 m/s^2"
-[boundary]
-all = "periodic"
-[fluid]
-dt_max = "0.5 ms"
-[fluid.liquid]
-density = "1000 kg/m^3"
-kinematic_viscosity = "1e-5 m^2/s"
-[material.glass]
-density = "2500 kg/m^3"
-[contact.default]
-[output]
-figures = { at = [] }
-fields = { at = [] }
-series = { every = "1 ms" }
-"#;
+const LATTICE: &str = include_str!("../cases/driven-lattice.toml");
 
 #[test]
-fn a_periodic_lattice_of_fixed_spheres_resists_as_ergun_says_with_moving_particles() {
-    let scratch = Scratch::new("lattice-mps");
-    // 512 spheres of 1 mm, 1.1 mm apart: a solid fraction of 0.393.
+fn free_grains_in_a_box_that_is_periodic_all_round_are_refused_gravity() {
     let text = format!(
         "{LATTICE}{}",
         r#"
@@ -278,38 +233,6 @@ placement.lattice = { counts = [8, 8, 8] }
 until = "0.1 s"
 "#
     );
-    let (solid, speed, d, nu): (Real, Real, Real, Real) =
-        (std::f64::consts::PI / 6.0 / 1.1_f64.powi(3), 0.02, 1e-3, 1e-5);
-    let void = 1.0 - solid;
-    // Ergun (1952): gradient of the pressure over the density at the superficial velocity.
-    let ergun = |speed: Real| {
-        let superficial = void * speed;
-        150.0 * nu * (solid / d).powi(2) / void.powi(3) * superficial
-            + 1.75 * solid / (void.powi(3) * d) * superficial.powi(2)
-    };
-    let found = |name: &str, more: &[&str]| {
-        let folder = scratch.join(name);
-        let overrides: Vec<&str> = [&["solver=mps"][..], more].concat();
-        start(&load(&text, &overrides), &folder, On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
-        Left::in_folder(&folder)
-    };
-    let mut forces = Vec::new();
-    for (name, velocity) in
-        [("along", "[\"2 cm/s\", \"0 m/s\", \"0 m/s\"]"), ("up", "[\"0 m/s\", \"0 m/s\", \"2 cm/s\"]")]
-    {
-        let flow = found(name, &[&format!("drive={{ mean_velocity = {velocity}, answer = \"5 ms\" }}")]);
-        let force = last(&flow, if name == "up" { "driving_acceleration_3" } else { "driving_acceleration_1" });
-        assert!((force / ergun(speed) - 1.0).abs() < 0.1, "{name}: {force} for {}", ergun(speed));
-        let residual = flow.summary["conservation"]["momentum_residual_relative"].as_f64().expect("a number");
-        assert!(residual < 1e-3, "{name}: {residual}");
-        forces.push(force);
-    }
-    // The particles of water are in disorder.
-    assert!((forces[0] / forces[1] - 1.0).abs() < 0.01, "{forces:?}");
-    // Negative control: spheres that are a tenth smaller resist less.
-    let drive = "drive={ mean_velocity = [\"2 cm/s\", \"0 m/s\", \"0 m/s\"], answer = \"5 ms\" }";
-    let smaller = found("smaller", &[drive, "grains.0.shape.sphere={ diameter = \"0.9 mm\" }"]);
-    assert!(last(&smaller, "driving_acceleration_1") < 0.8 * forces[0]);
     // Free grains would fall without end under gravity, but not where nothing pulls them.
     let titles = |more: &[&str]| findings(&text, &[&["solver=mps"], more].concat());
     let free = "grains.0.motion=free";
@@ -348,36 +271,7 @@ fn flows_that_cannot_be_driven_are_refused() {
 }
 
 /// A bead in hardly any gas in a box that is shaken: it stays where it is, so that in the box it swings.
-const SHAKEN: &str = r#"
-gravity = "0 m/s^2"
-[domain]
-size = ["0.4 m", "0.4 m", "0.4 m"]
-cells = [8, 8, 8]
-[boundary]
-all = "slip"
-[fluid]
-viscosity = "off"
-gas = { density = "1e-9 kg/m^3", kinematic_viscosity = "0 m^2/s" }
-[frame]
-oscillation = { amplitude = ["200 m/s^2", "0 m/s^2", "0 m/s^2"], frequency = "1000 Hz" }
-[material.glass]
-density = "2500 kg/m^3"
-[[grains]]
-name = "bead"
-shape.sphere = { diameter = "50 mm" }
-material = "glass"
-placement.list = [{ position = ["0.2 m", "0.2 m", "0.2 m"] }]
-[[probe]]
-name = "bead"
-body = { population = "bead", index = 0 }
-steps = 1
-[output]
-figures = { at = [] }
-fields = { at = [] }
-grains = { at = [] }
-[run]
-until = "4 ms"
-"#;
+const SHAKEN: &str = include_str!("../cases/driven-shaken.toml");
 
 #[test]
 fn steps_follow_what_shakes_the_box() {

@@ -5,37 +5,7 @@ use sazanami::check::{CostModel, Known, check};
 use sazanami::machine::Machine;
 
 /// A bead that falls for 20 ms.
-const TANK: &str = r#"
-solver = "mps"
-gravity = "9.81 m/s^2"
-[domain]
-size = ["10 mm", "10 mm", "14 mm"]
-[boundary]
-x3_upper = "outflow"
-[particles]
-spacing = "1 mm"
-[material.sand]
-density = "2650 kg/m^3"
-[contact.default]
-normal_stiffness = "400 N/m"
-restitution = 0.5
-friction = 0.4
-[[grains]]
-shape.sphere = { diameter = "1 mm" }
-placement.list = [{ position = ["5 mm", "5 mm", "10 mm"] }]
-[preparation]
-cache = false
-[[probe]]
-name = "bead"
-body = { index = 0 }
-steps = 1
-[output]
-fields = { at = [] }
-grains = { at = [] }
-figures = { at = [] }
-[run]
-until = "20 ms"
-"#;
+const TANK: &str = include_str!("../cases/dry-tank.toml");
 
 const WATER: &str =
     "[[liquid]]\nregion.box = { lower = [\"0 mm\", \"0 mm\", \"0 mm\"], upper = [\"10 mm\", \"10 mm\", \"3 mm\"] }\n";

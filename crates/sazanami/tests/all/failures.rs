@@ -12,42 +12,7 @@ use sazanami::stop::{Stop, StopCause};
 use crate::support::{Left, Listener, On, Scratch, checkpoints, go_on, load, newest, start, summary};
 
 /// Two grains in a box, one of them thrown at the other; `[[grains]]` and contact can be changed.
-const THROWN: &str = r#"
-gravity = "9.8 m/s^2"
-[domain]
-size = ["4 mm", "4 mm", "4 mm"]
-cells = [8, 8, 8]
-[fluid]
-dt_max = "20 us"
-[material.sand]
-density = "2650 kg/m^3"
-[contact.default]
-normal_stiffness = "1e4 N/m"
-restitution = 0.5
-friction = 0.5
-[[grains]]
-name = "still"
-shape.sphere = { diameter = "1 mm", refinement = 1 }
-material = "sand"
-motion = "fixed"
-placement.list = [{ position = ["2 mm", "2 mm", "0.6 mm"] }]
-[[grains]]
-name = "thrown"
-shape.sphere = { diameter = "1 mm", refinement = 1 }
-material = "sand"
-placement.list = [
-    { position = ["0.7 mm", "0.7 mm", "2.6 mm"] },
-    { position = ["2 mm", "2.1 mm", "2.6 mm"], velocity = ["0 m/s", "0 m/s", "-4 m/s"] },
-]
-[checkpoint]
-every = "0.1 ms"
-keep = 2
-[output]
-figures = { at = [] }
-series = { steps = 1 }
-[run]
-until = "2 ms"
-"#;
+const THROWN: &str = include_str!("../cases/failures-thrown.toml");
 
 /// Runs something that must not take long; a group of ranks that wait for each other would for ever.
 fn in_time<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> T {
@@ -141,22 +106,7 @@ fn a_grain_that_escapes() {
     fails("escape", THROWN, &open, "grain_escaped", &words);
 }
 
-const SPLASHING: &str = r#"
-gravity = "9.8 m/s^2"
-[domain]
-size = ["4 mm", "4 mm", "4 mm"]
-cells = [12, 12, 12]
-[[liquid]]
-region.sphere = { diameter = "1.5 mm" }
-position = ["1.5 mm", "2 mm", "1.2 mm"]
-fall.speed = "2 m/s"
-[checkpoint]
-every = "20 us"
-[output]
-figures = { at = [] }
-[run]
-until = "2 ms"
-"#;
+const SPLASHING: &str = include_str!("../cases/failures-splashing.toml");
 
 #[test]
 fn a_pressure_that_does_not_converge() {

@@ -5,45 +5,7 @@ use std::f64::consts::PI;
 use crate::support::{Left, On, Scratch, findings, load, start};
 
 /// Beads that a stream carries in and out again.
-const STREAM: &str = r#"
-solver = "mics"
-gravity = "0 m/s^2"
-[domain]
-size = ["12 mm", "8 mm", "8 mm"]
-cells = [12, 8, 8]
-[boundary]
-all = "slip"
-x1_lower = { inflow = { velocity = ["0.4 m/s", "0 m/s", "0 m/s"] } }
-x1_upper = { fixed_pressure = { fluid = "liquid" } }
-[[liquid]]
-region.half_space = { point = ["0 m", "0 m", "1 m"] }
-velocity = ["0.4 m/s", "0 m/s", "0 m/s"]
-allow_touching_grains = true
-[material.sand]
-density = "2500 kg/m^3"
-[contact.default]
-normal_stiffness = "200 N/m"
-restitution = 0.4
-[[grains]]
-name = "sand"
-shape.sphere = { diameter = "2 mm" }
-size.uniform = { lower = 0.9, upper = 1.1 }
-[grains.placement.fed]
-side = "x1_lower"
-rate = "120 Hz"
-velocity = ["0.4 m/s", "0 m/s", "0 m/s"]
-until = "20 ms"
-[[probe]]
-name = "second"
-body = { population = "sand", index = 1 }
-steps = 1
-[output]
-fields = { at = [] }
-grains = { at = [] }
-figures = { at = [] }
-[run]
-until = "65 ms"
-"#;
+const STREAM: &str = include_str!("../cases/feeding-stream.toml");
 
 fn run(name: &str, overrides: &[&str], on: On) -> Left {
     let folder = Scratch::new(name);

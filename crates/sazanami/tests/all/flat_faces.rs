@@ -10,35 +10,7 @@ use sazanami::machine::Machine;
 use sazanami_numerics::Real;
 
 /// A brick of 51 g half a millimetre above the floor of a box of air.
-const BRICK: &str = r#"
-gravity = "9.81 m/s^2"
-[domain]
-size = ["0.1 m", "0.1 m", "0.1 m"]
-cells = [8, 8, 8]
-[boundary]
-all = "slip"
-[material.rock]
-density = "1900 kg/m^3"
-[contact.default]
-normal_stiffness = "1e5 N/m"
-restitution = 0.4
-friction = 0.5
-[[grains]]
-name = "block"
-shape.box = { size = ["30 mm", "30 mm", "30 mm"] }
-contact_spheres = "shell(98)"
-material = "rock"
-placement.list = [{ position = ["50 mm", "50 mm", "15.5 mm"] }]
-[[probe]]
-name = "block"
-body = { population = "block", index = 0 }
-every = "1 ms"
-[output]
-fields = { at = [] }
-figures = { at = [] }
-[run]
-until = "50 ms"
-"#;
+const BRICK: &str = include_str!("../cases/flat-faces-brick.toml");
 
 /// A block on a fixed plate under water: once it lies still, what its contacts exchange is next to nothing.
 const UNDER_WATER: &str = r#"

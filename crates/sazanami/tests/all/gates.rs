@@ -12,35 +12,7 @@ use sazanami::machine::Machine;
 use sazanami_numerics::Real;
 
 /// A column of water behind a gate that rises from 2 ms on.
-const DAM: &str = r#"
-solver = "mps"
-gravity = "9.81 m/s^2"
-[domain]
-size = ["24 mm", "8 mm", "14 mm"]
-[boundary]
-all = "slip"
-x2 = "periodic"
-x3_upper = "outflow"
-[particles]
-spacing = "1 mm"
-dt_max = "0.2 ms"
-[[gate]]
-name = "lock"
-x1 = "10 mm"
-opens = "2 ms"
-speed = "4 m/s"
-[[liquid]]
-region.box = { lower = ["0 mm", "0 mm", "0 mm"], upper = ["10 mm", "8 mm", "10 mm"] }
-[preparation]
-relax_steps = 200
-cache = false
-[output]
-figures = { at = [] }
-fields = { at = [] }
-series = { every = "1 ms" }
-[run]
-until = "6 ms"
-"#;
+const DAM: &str = include_str!("../cases/gates-dam.toml");
 
 /// The dam with a grain of 1 mm at `x1`, with `more` keys of it.
 fn with_grain(x1: &str, more: &str) -> String {

@@ -7,32 +7,7 @@ use crate::support::{On, Scratch, load, start};
 use sazanami_test_support::vtk::{VtkFile, parse};
 
 /// Two spheres and a box, one of them out of order and turned, in air.
-const MIXED: &str = r#"
-gravity = "9.8 m/s^2"
-[domain]
-size = ["4 mm", "4 mm", "4 mm"]
-cells = [4, 4, 4]
-[run]
-until = "1 ms"
-steps = 2
-[material.sand]
-density = "2650 kg/m^3"
-[material.lead]
-density = "11340 kg/m^3"
-[[grains]]
-name = "balls"
-material = "sand"
-shape.sphere = { diameter = "0.5 mm" }
-placement.list = [
-  { position = ["1 mm", "1 mm", "2 mm"], factor = 2.0 },
-  { position = ["1 mm", "3 mm", "2 mm"] },
-]
-[[grains]]
-name = "boxes"
-material = "lead"
-shape.box = { size = ["0.4 mm", "0.6 mm", "0.8 mm"] }
-placement.list = [{ position = ["3 mm", "2 mm", "2 mm"], axis = [0, 0, 1], angle = "90 deg", angular_velocity = ["0 rad/s", "0 rad/s", "5 rad/s"] }]
-"#;
+const MIXED: &str = include_str!("../cases/grain-files-mixed.toml");
 
 fn run(name: &str, changes: &[&str]) -> Scratch {
     let scratch = Scratch::new(name);

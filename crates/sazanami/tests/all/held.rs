@@ -7,36 +7,7 @@ use sazanami::bed_file::Bed;
 use sazanami_numerics::Real;
 
 /// Three grains in an empty box, of which the second is held for 2 ms.
-const HELD: &str = r#"
-gravity = "9.81 m/s^2"
-[domain]
-size = ["8 mm", "8 mm", "8 mm"]
-cells = [16, 16, 16]
-[particles]
-spacing = "1 mm"
-dt_max = "0.1 ms"
-[fluid]
-dt_max = "0.1 ms"
-[material.glass]
-density = "2500 kg/m^3"
-[contact.default]
-[[grains]]
-name = "fixed"
-shape.sphere = { diameter = "1 mm" }
-motion = "fixed"
-placement.list = [{ position = ["2 mm", "2 mm", "4 mm"] }]
-[[grains]]
-name = "late"
-shape.sphere = { diameter = "1 mm" }
-release = "2.05 ms"
-placement.list = [{ position = ["4.1 mm", "4.2 mm", "4.3 mm"] }, { position = ["4.1 mm", "4.2 mm", "5.3 mm"] }]
-[output]
-figures = { at = [] }
-fields = { at = [] }
-series = { every = "0.5 ms" }
-[run]
-until = "6 ms"
-"#;
+const HELD: &str = include_str!("../cases/held-held.toml");
 
 fn left(folder: &Path, overrides: &[&str]) -> Left {
     start(&load(HELD, overrides), folder, On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
@@ -122,32 +93,7 @@ fn releases_that_mean_nothing_are_told() {
 }
 
 /// A bed of spheres that is packed, levelled and glued to the floor.
-const PACKED: &str = r#"
-solver = "mps"
-gravity = "9.81 m/s^2"
-[domain]
-size = ["8 mm", "8 mm", "12 mm"]
-[boundary]
-x1 = "periodic"
-x2 = "periodic"
-x3_upper = "outflow"
-[particles]
-spacing = "1 mm"
-[material.sand]
-density = "2650 kg/m^3"
-[contact.default]
-normal_stiffness = "400 N/m"
-restitution = 0.5
-friction = 0.4
-[[grains]]
-name = "sand"
-shape.sphere = { diameter = "1 mm" }
-placement.packed = { level = "3 mm", glued = "0.75 mm", spacing = 1.1, fall_gravity = 1.0 }
-[output]
-figures = { at = [] }
-[run]
-packing_only = true
-"#;
+const PACKED: &str = include_str!("../cases/held-packed.toml");
 
 #[test]
 fn a_packed_bed_is_written_as_it_is_used_and_comes_back_from_its_table() {

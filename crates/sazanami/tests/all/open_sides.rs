@@ -5,22 +5,7 @@ use std::path::Path;
 use crate::support::{Left, On, Scratch, findings, go_on, load, start};
 use sazanami_numerics::Real;
 
-const BOX: &str = r#"
-gravity = "9.81 m/s^2"
-[domain]
-size = ["0.1 m", "0.05 m", "0.1 m"]
-cells = [8, 4, 8]
-[boundary]
-all = "no_slip"
-[fluid]
-tol_div = 1e-12
-[output]
-figures = { at = [] }
-fields = { at = [] }
-series = { every = "10 ms" }
-[run]
-until = "0.1 s"
-"#;
+const BOX: &str = include_str!("../cases/open-sides-box.toml");
 
 fn ran(text: &str, overrides: &[&str], folder: &Path, on: On) -> Left {
     start(&load(text, overrides), folder, on).unwrap_or_else(|error| panic!("{error}"));
@@ -215,36 +200,7 @@ fn ranks_and_restarts_see_the_same_fluid_outside() {
 }
 
 /// A heavy sphere in a liquid that fills a box without walls.
-const SETTLING: &str = r#"
-gravity = "9.8 m/s^2"
-[domain]
-size = ["10 mm", "10 mm", "20 mm"]
-cells = [8, 8, 16]
-[boundary]
-all = "periodic"
-[fluid]
-tol_div = 1e-9
-[[liquid]]
-allow_touching_grains = true
-region.half_space = { point = ["0 m", "0 m", "1 m"] }
-[material.glass]
-density = "2500 kg/m^3"
-[[grains]]
-name = "b"
-shape.sphere = { diameter = "4 mm" }
-material = "glass"
-placement.list = [{ position = ["5 mm", "5 mm", "10 mm"] }]
-[[probe]]
-name = "b"
-body = { population = "b", index = 0 }
-every = "10 ms"
-[output]
-fields = { at = [] }
-figures = { at = [] }
-series = { every = "5 ms" }
-[run]
-until = "50 ms"
-"#;
+const SETTLING: &str = include_str!("../cases/open-sides-settling.toml");
 
 const NO_FLOW: &str = "drive={ mean_velocity = [\"0 m/s\", \"0 m/s\", \"0 m/s\"] }";
 

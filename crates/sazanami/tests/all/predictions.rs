@@ -74,32 +74,7 @@ fn the_first_step_of_shipped_cases_without_a_bed_is_that_of_check() {
 }
 
 /// A grain in a box of water, on a grid.
-const BASE: &str = r#"
-solver = "mics"
-gravity = "9.81 m/s^2"
-[domain]
-size = ["6 mm", "6 mm", "6 mm"]
-cells = [12, 12, 12]
-[boundary]
-x1 = "periodic"
-x2 = "periodic"
-[dem]
-substeps = "auto"
-[material.sand]
-density = "2650 kg/m^3"
-[[liquid]]
-region.half_space = { point = ["0 mm", "0 mm", "6 mm"], normal = [0, 0, 1] }
-allow_touching_grains = true
-[[grains]]
-shape.sphere = { diameter = "1.5 mm" }
-placement.list = [{ position = ["3 mm", "3 mm", "3 mm"], velocity = ["0 m/s", "0 m/s", "0 m/s"] }]
-[output]
-fields = { at = [] }
-grains = { at = [] }
-figures = { at = [] }
-[run]
-until = "1 s"
-"#;
+const BASE: &str = include_str!("../cases/predictions-base.toml");
 
 /// The same under a surface and of moving particles.
 const PARTICLES: [&str; 8] = [
@@ -296,30 +271,7 @@ fn steps_of_a_run_in_which_bodies_speed_up_lie_within_the_range() {
 }
 
 /// A drop over two beads, for 2 ms.
-const DROP: &str = r#"
-solver = "mics"
-[domain]
-size = ["20 mm", "20 mm", "20 mm"]
-cells = [16, 16, 16]
-[[liquid]]
-region.sphere = { diameter = "4 mm" }
-position = ["10 mm", "10 mm", "14 mm"]
-fall = { speed = "1 m/s" }
-[material.sand]
-density = "2650 kg/m^3"
-[contact.default]
-restitution = 0.5
-[[grains]]
-name = "sand"
-shape.sphere = { diameter = "3 mm" }
-placement.list = [{ position = ["8 mm", "10 mm", "1.5 mm"] }, { position = ["12 mm", "10 mm", "1.5 mm"] }]
-[output]
-fields = { at = [] }
-grains = { at = [] }
-figures = { at = [] }
-[run]
-until = "2 ms"
-"#;
+const DROP: &str = include_str!("../cases/predictions-drop.toml");
 
 #[test]
 fn outputs_that_end_steps_are_in_the_forecast() {

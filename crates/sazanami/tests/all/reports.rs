@@ -15,36 +15,7 @@ fn largest(left: &Left, column: &str) -> f64 {
 }
 
 /// Beads that come in across the seam of periodic sides.
-const SEAM: &str = r#"
-solver = "mics"
-gravity = "0 m/s^2"
-[domain]
-size = ["8 mm", "6 mm", "6 mm"]
-cells = [8, 6, 6]
-[boundary]
-all = "periodic"
-x1_lower = { inflow = { velocity = ["0.4 m/s", "0 m/s", "0 m/s"] } }
-x1_upper = { fixed_pressure = { fluid = "liquid" } }
-[[liquid]]
-region.half_space = { point = ["0 m", "0 m", "1 m"] }
-velocity = ["0.4 m/s", "0 m/s", "0 m/s"]
-allow_touching_grains = true
-[material.sand]
-density = "2500 kg/m^3"
-[contact.default]
-normal_stiffness = "200 N/m"
-restitution = 0.4
-[[grains]]
-name = "sand"
-shape.sphere = { diameter = "2 mm" }
-placement.fed = { side = "x1_lower", rate = "600 Hz", velocity = ["0.4 m/s", "0 m/s", "0 m/s"] }
-[output]
-fields = { at = [] }
-grains = { at = [] }
-figures = { at = [] }
-[run]
-until = "20 ms"
-"#;
+const SEAM: &str = include_str!("../cases/reports-seam.toml");
 
 /// lammps/lammps#1695: grains that are inserted overlap others across a periodic side; #4337: their number is wrong in small boxes.
 #[test]
@@ -78,45 +49,7 @@ fn a_longer_run_is_fed_as_long() {
 }
 
 /// Balls without water.
-const BALLS: &str = r#"
-solver = "mps"
-gravity = "0 m/s^2"
-[domain]
-size = ["100 mm", "60 mm", "60 mm"]
-[boundary]
-all = "slip"
-[particles]
-spacing = "10 mm"
-[material.steel]
-density = "7800 kg/m^3"
-[contact.default]
-normal_stiffness = "1e5 N/m"
-restitution = 0.4
-[[grains]]
-name = "large"
-shape.sphere = { diameter = "10 mm" }
-material = "steel"
-placement.list = [{ position = ["30 mm", "30 mm", "30 mm"] }]
-[[grains]]
-name = "small"
-shape.sphere = { diameter = "0.5 mm" }
-material = "steel"
-placement.list = [{ position = ["40 mm", "30 mm", "30 mm"], velocity = ["-1 m/s", "0 m/s", "0 m/s"] }]
-[[probe]]
-name = "large"
-body = { population = "large", index = 0 }
-every = "1 ms"
-[[probe]]
-name = "small"
-body = { population = "small", index = 0 }
-every = "1 ms"
-[output]
-fields = { at = [] }
-grains = { at = [] }
-figures = { at = [] }
-[run]
-until = "8 ms"
-"#;
+const BALLS: &str = include_str!("../cases/reports-balls.toml");
 
 /// lammps/lammps#3025: of unlike sizes no dashpot gives the restitution that is asked for.
 #[test]

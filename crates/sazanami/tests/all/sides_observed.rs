@@ -5,19 +5,7 @@ use std::fmt::Write as _;
 use crate::support::{Left, On, Scratch, load, start};
 use sazanami_numerics::Real;
 
-const BOX: &str = r#"
-[domain]
-size = ["32 mm", "16 mm", "24 mm"]
-cells = [16, 8, 12]
-[fluid]
-tol_div = 1e-10
-[output]
-figures = { at = [] }
-fields = { at = [] }
-series = { every = "1 ms" }
-[run]
-until = "4 ms"
-"#;
+const BOX: &str = include_str!("../cases/sides-observed-box.toml");
 
 /// The last row of each probe, by its name.
 fn read(

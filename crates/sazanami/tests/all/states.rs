@@ -14,30 +14,7 @@ use sazanami_numerics::Real;
 
 use crate::support::{Left, Listener, On, Scratch, load, start};
 
-const DROP: &str = r#"
-[domain]
-size = ["6 mm", "6 mm", "6 mm"]
-cells = [12, 10, 8]
-[[liquid]]
-region.sphere = { diameter = "2 mm" }
-position = ["3 mm", "2 mm", "4 mm"]
-fall = { speed = "1 m/s" }
-[material.sand]
-density = "2650 kg/m^3"
-[contact.default]
-normal_stiffness = "1e3 N/m"
-restitution = 0.5
-friction = 0.6
-[[grains]]
-shape.sphere = { diameter = "1 mm" }
-material = "sand"
-placement.list = [{ position = ["1.5 mm", "3 mm", "0.6 mm"] }, { position = ["3 mm", "3 mm", "0.6 mm"] }]
-[output]
-fields = { every = "0.25 ms" }
-grains = { every = "0.25 ms" }
-[run]
-until = "0.5 ms"
-"#;
+const DROP: &str = include_str!("../cases/states-drop.toml");
 
 #[derive(Debug, Default)]
 struct Seen(Mutex<Vec<State>>);
@@ -118,39 +95,7 @@ fn states_by_time_come_at_any_number_of_ranks() {
 }
 
 /// Still water with a sphere in it that is held, six cells wide.
-const HELD: &str = r#"
-[domain]
-size = ["8 mm", "8 mm", "8 mm"]
-cells = [16, 16, 16]
-[[liquid]]
-region.box = { lower = ["0 mm", "0 mm", "0 mm"], upper = ["6.65 mm", "8 mm", "5 mm"] }
-allow_touching_grains = true
-[material.sand]
-density = "2650 kg/m^3"
-[contact.default]
-normal_stiffness = "1e3 N/m"
-restitution = 0.5
-friction = 0.6
-[[grains]]
-shape.sphere = { diameter = "3 mm" }
-material = "sand"
-placement.list = [{ position = ["3 mm", "4 mm", "2.6 mm"] }]
-motion = "fixed"
-[[probe]]
-name = "grain"
-point = ["3 mm", "4 mm", "2.6 mm"]
-[[probe]]
-name = "over"
-gauge = ["3 mm", "4 mm"]
-[[probe]]
-name = "water"
-point = ["1 mm", "1 mm", "1 mm"]
-[[probe]]
-name = "through"
-plane = { x1 = "3 mm" }
-[run]
-until = "10 us"
-"#;
+const HELD: &str = include_str!("../cases/states-held.toml");
 
 #[test]
 fn where_liquid_has_no_room_nothing_is_reported() {
@@ -190,33 +135,7 @@ fn where_liquid_has_no_room_nothing_is_reported() {
 }
 
 /// A layer of held spheres of 1 mm, side by side, with liquid between 0.4 and 0.8 mm, and above them.
-const SOAKED: &str = r#"
-gravity = "9.8 m/s^2"
-[domain]
-size = ["6 mm", "6 mm", "4 mm"]
-cells = [60, 60, 40]
-[[liquid]]
-region.box = { lower = ["0 mm", "0 mm", "0.4 mm"], upper = ["6 mm", "6 mm", "0.8 mm"] }
-allow_touching_grains = true
-[[liquid]]
-region.box = { lower = ["0 mm", "0 mm", "2 mm"], upper = ["6 mm", "6 mm", "3 mm"] }
-[material.sand]
-density = "2650 kg/m^3"
-[contact.default]
-normal_stiffness = "200 N/m"
-restitution = 0.3
-[[grains]]
-name = "balls"
-shape.sphere = { diameter = "1 mm" }
-material = "sand"
-motion = "fixed"
-placement.lattice = { lower = ["0 mm", "0 mm", "0 mm"], upper = ["6 mm", "6 mm", "1 mm"], counts = [6, 6, 1] }
-[erosion]
-[output]
-figures = { at = [] }
-[run]
-until = "1 us"
-"#;
+const SOAKED: &str = include_str!("../cases/states-soaked.toml");
 
 #[test]
 fn liquid_in_the_bed_is_that_below_its_first_surface() {

@@ -5,25 +5,7 @@ use std::path::Path;
 use crate::support::{On, Scratch, load, start};
 
 /// A quarter of a disc in a slice.
-const SLICE: &str = r#"
-gravity = "0 m/s^2"
-[domain]
-size = ["1 mm", "62.5 um", "1 mm"]
-cells = [16, 1, 16]
-[boundary]
-all = "slip"
-x2 = "periodic"
-[fluid]
-surface_tension = "72.8 mN/m"
-[[liquid]]
-region.cylinder.diameters = ["0.8 mm", "0.6 mm"]
-[output]
-figures = { at = [] }
-fields = { at = [] }
-series = { every = "20 us" }
-[run]
-until = "100 us"
-"#;
+const SLICE: &str = include_str!("../cases/surface-tension-slice.toml");
 
 fn refusal(changes: &[&str]) -> String {
     let changes: Vec<String> = changes.iter().map(|text| (*text).to_owned()).collect();

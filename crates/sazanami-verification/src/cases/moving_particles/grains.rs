@@ -103,24 +103,3 @@ pub fn bed_stress() -> Result<Vec<Measured>, String> {
     }
     Ok(rows)
 }
-
-/// Flow through a bed.
-pub fn packed_bed() -> Result<Vec<Measured>, String> {
-    let mut rows = Vec::new();
-    for (eps, force) in [(0.36, 0.8), (0.40, 0.1), (0.40, 0.8), (0.40, 3.0), (0.50, 0.8)] {
-        let found = experiments::seepage(Scheme::default(), eps, force, 0.2).map_err(said)?;
-        let name = format!("eps {eps}, {:.0} Pa/m", found.gradient);
-        let void = Measured::new(format!("{name}: void fraction of the fluid"), found.void_fraction);
-        rows.push(void);
-        rows.push(Measured::new(format!("{name}: flux"), found.flux));
-        rows.push(Measured::new(format!("{name}: Ergun over found"), found.ergun(3)));
-        rows.push(Measured::new(format!("{name}: change of the flux at the end"), found.change));
-        if eps == 0.40 && force == 0.8 {
-            for power in [2, 4] {
-                let off: Real = (found.ergun(power) - 1.0).abs();
-                rows.push(Measured::new(format!("control, {name}: error with eps^{power}"), off));
-            }
-        }
-    }
-    Ok(rows)
-}

@@ -3,14 +3,11 @@
 mod flows;
 mod fluid;
 mod grains;
-mod published;
 mod suspended;
-mod waves;
 
-pub(crate) use flows::{conservation, hydrostatics, jets, standing_wave, stretching_drop};
+pub(crate) use flows::jets;
 pub(crate) use fluid::operators;
-pub(crate) use grains::{bed_load, bed_stress, packed_bed, repose, resting_bed, void_fraction};
-pub(crate) use published::published;
+pub(crate) use grains::{bed_load, bed_stress, repose, resting_bed, void_fraction};
 pub(crate) use suspended::{fluidised_bed, hindered_settling};
 
 use crate::particles::ExperimentError;

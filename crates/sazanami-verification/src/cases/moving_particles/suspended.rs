@@ -1,31 +1,10 @@
 //! Grains in flows upwards, and grains that settle together.
 
-use crate::particles::{self as experiments, BedOnSieve, FluidisedBed, UpwardFlow};
+use crate::particles::{self as experiments, BedOnSieve, FluidisedBed};
 use sazanami_mps::scheme::Scheme;
 
 use super::said;
 use crate::measured::Measured;
-
-/// Judged quantities of a flow through fixed grains that should resist as Ergun says.
-fn rows_by_ergun(name: &str, found: &UpwardFlow) -> Vec<Measured> {
-    let off = |power: i32| (found.ergun(power) - 1.0).abs();
-    vec![
-        Measured::new(format!("{name}: Ergun over found"), found.ergun(3)),
-        Measured::new(format!("{name}: change of the force at the end"), found.change),
-        Measured::new(format!("control, {name}: error with eps^2"), off(2)),
-        Measured::new(format!("control, {name}: error with eps^4"), off(4)),
-    ]
-}
-
-/// Judged quantities of a flow through fixed grains that should resist as Wen and Yu say.
-fn rows_by_wen_yu(name: &str, found: &UpwardFlow) -> Vec<Measured> {
-    vec![
-        Measured::new(format!("{name}: Wen and Yu over found"), found.wen_yu(-1.65)),
-        Measured::new(format!("{name}: change of the force at the end"), found.change),
-        Measured::new(format!("{name}: void fraction of the drag over that of the box"), found.void_over_box()),
-        Measured::new(format!("{name}: Wen and Yu at the void fraction of the drag over found"), found.wen_yu_seen()),
-    ]
-}
 
 /// Judged quantities of a bed that a flow should have lifted.
 fn rows_of_lifted(name: &str, found: &FluidisedBed) -> Vec<Measured> {
@@ -41,26 +20,10 @@ fn rows_of_lifted(name: &str, found: &FluidisedBed) -> Vec<Measured> {
     ]
 }
 
-/// Flow upwards through fixed grains, and a bed of free ones in it.
+/// A bed of free grains in a flow upwards.
 pub fn fluidised_bed() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     let scheme = Scheme::default();
-    for (eps, flux) in [(0.40, 0.001), (0.40, 0.01), (0.45, 0.01), (0.60, 0.03)] {
-        let found = experiments::upward_flow(scheme, eps, flux, 0.16).map_err(said)?;
-        rows.extend(rows_by_ergun(&format!("fixed, eps {eps:.2}, {:.0} mm/s", 1e3 * flux), &found));
-    }
-    for (eps, flux) in [(0.85, 0.06), (0.95, 0.1)] {
-        let found = experiments::upward_flow(scheme, eps, flux, 0.16).map_err(said)?;
-        let name = format!("fixed, eps {eps:.2}, {:.0} mm/s", 1e3 * flux);
-        rows.extend(rows_by_wen_yu(&name, &found));
-        // A power of a void fraction near one is no control.
-        if eps < 0.9 {
-            for power in [-0.65, -2.65] {
-                let off = (found.wen_yu(power) - 1.0).abs();
-                rows.push(Measured::new(format!("control, {name}: error with eps^{power}"), off));
-            }
-        }
-    }
     let bed = BedOnSieve::new(scheme).map_err(said)?;
     rows.push(Measured::new("free: void fraction of the bed at rest", bed.porosity));
     rows.push(Measured::new("free: least fluidising flux by Ergun", bed.least_fluidising));

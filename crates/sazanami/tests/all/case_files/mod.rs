@@ -54,137 +54,7 @@ fn findings(text: &str, overrides: &[&str]) -> Vec<String> {
 const SMALL: &str = "[domain]\nsize = [\"1 mm\", \"1 mm\", \"2 mm\"]\ncells = [4, 4, 8]\n[run]\nuntil = \"1 ms\"\n";
 
 /// A case that uses nearly everything there is.
-const RICH: &str = r#"
-title = "every key"
-gravity = ["0 m/s^2", "1 m/s^2", "-9.81 m/s^2"]
-[domain]
-lower = ["-1 mm", "0 mm", "0 mm"]
-upper = ["9 mm", "10 mm", "12 mm"]
-cells = [10, 10, 12]
-[boundary]
-x1 = "periodic"
-x2_lower = { moving = { velocity = ["1 m/s", "0 m/s", "0 m/s"] } }
-x2_upper = "slip"
-x3_upper = { fixed_pressure = { pressure = "1 kPa" } }
-[frame]
-acceleration = ["0.1 m/s^2", "0 m/s^2", "0 m/s^2"]
-oscillation = { amplitude = ["2 m/s^2", "0 m/s^2", "0 m/s^2"], frequency = "3 Hz", phase = "30 deg" }
-[fluid]
-vof = "thinc_wlic"
-limiter = "none"
-viscosity = "explicit"
-cfl = 0.3
-dt_max = "0.1 ms"
-dt_growth = 1.1
-tol_div = 1e-9
-[fluid.liquid]
-density = "998.2 kg/m^3"
-dynamic_viscosity = "1.002e-3 Pa s"
-[fluid.gas]
-density = "1.2 kg/m^3"
-kinematic_viscosity = "1.5e-5 m^2/s"
-[coupling]
-exchange = "stress"
-alpha = "columns(3)"
-[dem]
-substeps = 40
-damping = "restitution"
-tension = true
-slip_direction = "velocity"
-contact_start = "sub_step"
-rolling = "constant_torque"
-rolling_friction = 0.01
-wall = "frictionless_sides"
-grain_walls = ["x3_lower", "x2_lower"]
-[[liquid]]
-name = "film"
-region.union = [
-    { box = { lower = ["0 mm", "0 mm", "0 mm"], upper = ["1 mm", "1 mm", "1 mm"] } },
-    { half_space = { point = ["0 mm", "0 mm", "0.1 mm"], normal = [0, 1, 1] } },
-]
-allow_touching_grains = true
-[[liquid]]
-region.spheroid = { horizontal_diameter = "2 mm", vertical_diameter = "1 mm" }
-gap_above_bed = "0.3 mm"
-offset = ["1 mm", "-1 mm"]
-fall = { speed = "3 m/s", angle = "20 deg", heading = "45 deg" }
-drop_velocity = "beta"
-[[liquid]]
-fluid = "gas"
-region.sphere = { centre = ["1 mm", "1 mm", "0.2 mm"], diameter = "0.2 mm" }
-position = ["0.1 mm", "0 mm", "0 mm"]
-allow_touching_grains = true
-[material.sand]
-density = "2650 kg/m^3"
-[material."oak wood"]
-density = "0.7 g/cm^3"
-[contact.default]
-friction = 0.3
-[contact."sand/oak wood"]
-restitution = 0.35
-[contact."wall/sand"]
-normal_stiffness = "2e4 N/m"
-tangential_stiffness = "1e4 N/m"
-[[grains]]
-name = "bed"
-count = 100
-shape.spheroid = { diameter = "0.52 mm", length = "1.27 mm" }
-contact_spheres = "shell(75)"
-sphere_radius = "75 um"
-material = "sand"
-size.lognormal = { sigma = 0.1 }
-seed = 7
-placement.packed = { lattice = "low", stop = "time_only", height = "20 mm" }
-[[grains]]
-name = "blocks"
-shape.box = { size = ["1 mm", "1 mm", "1 mm"] }
-contact_spheres = "shell(26)"
-material = "oak wood"
-mass_override = "1 mg"
-motion = "fixed"
-placement.lattice = { lower = ["0 mm", "0 mm", "8 mm"], upper = ["6 mm", "6 mm", "10 mm"], counts = [2, 3, 1], jitter = 0.01 }
-size.uniform = { lower = 0.9, upper = 1.1 }
-[[grains]]
-name = "two"
-shape.sphere = { diameter = "1 mm", refinement = 1, volume = "inscribed" }
-material = "sand"
-size.list = [{ factor = 1.0, weight = 2 }, { factor = 0.5, weight = 1 }]
-placement.list = [
-    { position = ["1 mm", "1 mm", "11 mm"], axis = [1, 1, 0], angle = "10 deg", velocity = ["0 m/s", "0 m/s", "-1 m/s"] },
-    { position = ["4 mm", "1 mm", "11 mm"], quaternion = [1, 2, 3, 4], motion = "prescribed", angular_velocity = ["1 rad/s", "0 rad/s", "0 rad/s"], factor = 0.5 },
-]
-[bed]
-porosity_upper = "3 mm"
-height_radius = "2 mm"
-axis = ["4 mm", "5 mm"]
-[erosion]
-mode = "all"
-dx = "1 mm"
-[[probe]]
-name = "p"
-point = ["1 mm", "1 mm", "1 mm"]
-every = "0.1 ms"
-[[probe]]
-line = { from = ["1 mm", "1 mm", "1 mm"], to = ["1 mm", "1 mm", "11 mm"], points = 11 }
-at = ["1 ms", "0.5 ms"]
-[[probe]]
-plane = { x2 = "5 mm" }
-steps = 10
-[[probe]]
-body = { population = "two", index = 1 }
-steps = 1
-[output]
-precision = "double"
-bed = "made.bed"
-fields = { every = "1 ms", at = ["0.3 ms", "0.1 ms"] }
-series = { steps = 5 }
-[checkpoint]
-every = "0.5 ms"
-keep = 3
-[run]
-until = "2 ms"
-steps = 1000
-"#;
+const RICH: &str = include_str!("../../cases/case-files-rich.toml");
 
 fn assert_same_when_resolved(case: &Case) {
     let text = resolved::write(case, Paths::Absolute);
@@ -347,7 +217,7 @@ fn wrong_tables_are_named_and_the_rest_is_still_read() {
     let found = findings(text, &[]);
     for expected in [
         "c.toml:1 `solver` is not a word",
-        "c.toml:2 integer `4` does not fit here",
+        "c.toml:2 `grains` cannot be read",
         "c.toml:4 `size` is not a list",
         "c.toml:7 exactly one alternative has to be chosen here",
         "c.toml:9 unknown choice `shpere`",

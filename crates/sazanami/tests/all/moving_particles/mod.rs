@@ -23,63 +23,7 @@ use sazanami_test_support::vtk::parse;
 use crate::support::{Left, Listener, On, Scratch, Table, go_on, load, start};
 
 /// A tank of 14 x 8 mm with three layers of grains under as much water, shaken hard.
-const TANK: &str = r#"
-solver = "mps"
-gravity = "9.81 m/s^2"
-[domain]
-lower = ["-7 mm", "0 mm", "0 mm"]
-size = ["14 mm", "8 mm", "14 mm"]
-[boundary]
-x2 = "periodic"
-x3_upper = "outflow"
-[frame.motion]
-amplitude = ["-2 mm", "0 mm", "0 mm"]
-frequency = "5 Hz"
-ramp = "0.02 s"
-[particles]
-spacing = "1 mm"
-[[liquid]]
-region.box = { lower = ["-7 mm", "0 mm", "0 mm"], upper = ["7 mm", "8 mm", "7 mm"] }
-[material.sand]
-density = "2650 kg/m^3"
-[contact.default]
-normal_stiffness = "400 N/m"
-restitution = 0.5
-friction = 0.4
-[[grains]]
-shape.sphere = { diameter = "1 mm" }
-placement.packed = { level = "3 mm", spacing = 1.1, fall_gravity = 1.0 }
-[preparation]
-relax_steps = 12
-must_rest = false
-settle = "1 ms"
-cache = false
-[ripples]
-margin = "1 mm"
-[[probe]]
-name = "gauge"
-gauge = ["3 mm", "3.5 mm"]
-steps = 2
-[[probe]]
-name = "grain"
-body = { index = 17 }
-steps = 5
-[[probe]]
-name = "grain between steps"
-body = { index = 17 }
-every = "0.13 ms"
-[[probe]]
-name = "middle"
-point = ["0 mm", "3 mm", "5 mm"]
-steps = 2
-[output]
-figures = { at = [] }
-fields = { at = [] }
-grains = { at = [] }
-series = { steps = 1 }
-[run]
-until = "1 s"
-"#;
+const TANK: &str = include_str!("../../cases/moving-particles-tank.toml");
 
 /// Its motion.
 const FORMULA: &str = "amplitude = [\"-2 mm\", \"0 mm\", \"0 mm\"]\nfrequency = \"5 Hz\"\nramp = \"0.02 s\"";

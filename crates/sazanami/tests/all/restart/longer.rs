@@ -3,22 +3,7 @@
 use super::*;
 
 /// A lid that drags liquid along, in adaptive steps.
-const DRAGGED: &str = r#"
-gravity = "0 m/s^2"
-[domain]
-size = ["3 mm", "3 mm", "3 mm"]
-cells = [6, 6, 6]
-[boundary]
-x3_upper = { moving = { velocity = ["0.1 m/s", "0 m/s", "0 m/s"] } }
-[[liquid]]
-region.half_space = { point = ["0 mm", "0 mm", "2 mm"], normal = [0, 0, 1] }
-[output]
-series = { every = "0.5 ms" }
-figures = { at = [] }
-fields = { every = "1 ms" }
-[run]
-until = "3 ms"
-"#;
+const DRAGGED: &str = include_str!("../../cases/longer-dragged.toml");
 
 fn resumed(folder: &Path, options: RunOptions) -> (Result<RunSummary, CommandError>, Vec<String>) {
     let mut listener = Listener::default();

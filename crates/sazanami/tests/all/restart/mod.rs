@@ -16,95 +16,10 @@ use crate::support::{Left, Listener, On, Scratch, checkpoints, go_on, load, star
 
 /// Grains that fall on each other and slide, in water with a free surface, with steps that grow and shrink;
 /// everything that writes is in it.
-const SLIDING: &str = r#"
-gravity = ["4 m/s^2", "0 m/s^2", "-9.8 m/s^2"]
-[domain]
-size = ["3 mm", "3 mm", "3 mm"]
-cells = [12, 12, 12]
-[fluid]
-tol_div = 1e-8
-dt_first = "2 us"
-dt_growth = 1.3
-[[liquid]]
-region.half_space = { point = ["0 mm", "0 mm", "1 mm"], normal = [0.2, 0, 1] }
-allow_touching_grains = true
-[[liquid]]
-name = "drop"
-region.sphere = { diameter = "0.8 mm" }
-position = ["1.4 mm", "1.5 mm", "2.5 mm"]
-fall = { speed = "1.5 m/s", angle = "20 deg" }
-allow_touching_grains = true
-[material.sand]
-density = "2650 kg/m^3"
-[contact.default]
-normal_stiffness = "200 N/m"
-restitution = 0.3
-friction = 0.6
-[[grains]]
-name = "sand"
-shape.spheroid = { diameter = "0.5 mm", length = "0.9 mm" }
-contact_spheres = "axis(5)"
-material = "sand"
-placement.lattice = { lower = ["0 mm", "0 mm", "0 mm"], upper = ["3 mm", "3 mm", "2.1 mm"], counts = [3, 3, 2], velocity = ["0.6 m/s", "0.2 m/s", "-1 m/s"] }
-[bed]
-porosity_upper = "1 mm"
-[erosion]
-dr = "0.45 mm"
-r_max = "1.5 mm"
-[[probe]]
-name = "middle"
-point = ["1.5 mm", "1.5 mm", "0.7 mm"]
-steps = 1
-[[probe]]
-name = "grain"
-body = { population = "sand", index = 4 }
-steps = 3
-[[probe]]
-name = "middle between steps"
-point = ["1.5 mm", "1.5 mm", "0.7 mm"]
-every = "17 us"
-[[probe]]
-name = "grain between steps"
-body = { population = "sand", index = 4 }
-every = "3.1 us"
-[output]
-figures = { at = [] }
-series = { steps = 1 }
-grains = { every = "0.4 ms" }
-[run]
-until = "20 ms"
-"#;
+const SLIDING: &str = include_str!("../../cases/restart-sliding.toml");
 
 /// The same, packed first.
-const PACKED: &str = r#"
-gravity = "9.8 m/s^2"
-[domain]
-size = ["3.2 mm", "3.2 mm", "3.25 mm"]
-cells = [12, 12, 13]
-[[liquid]]
-region.sphere = { diameter = "0.8 mm" }
-gap_above_bed = "0.1 mm"
-fall = { speed = "1.5 m/s" }
-[material.sand]
-density = "2650 kg/m^3"
-[contact.default]
-normal_stiffness = "100 N/m"
-restitution = 0.3
-friction = 0.6
-[[grains]]
-name = "sand"
-count = 16
-shape.spheroid = { diameter = "0.52 mm", length = "1.27 mm" }
-contact_spheres = "axis(9)"
-material = "sand"
-placement.packed = { lattice = "low", settle_time = "2 ms", friction_scale = 0.5, stop = "time_only" }
-[output]
-figures = { at = [] }
-series = { steps = 1 }
-[run]
-until = "1 ms"
-steps = 8
-"#;
+const PACKED: &str = include_str!("../../cases/restart-packed.toml");
 
 const STEPS: u64 = 12;
 

@@ -1,0 +1,283 @@
+//! Tables of results, written from the summaries of the runs behind them, and these runs made anew.
+//!
+//! A folder of `docs/results/runs` is a run: `run.toml` says how it is made (`case`, `set`), by how much a new one may differ (`within`: the
+//! largest relative difference of an entry of the summary) and which of its pictures the pages show; `summary.json` is what it gave.
+//! `docs/results/tables.toml` has the tables. They stand in the pages between `<!-- table NAME -->` and `<!-- end -->`, in the language of the
+//! page (`NAME.ja.md`: Japanese).
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use crate::{cargo, exit_code, root};
+
+const RUNS: &str = "docs/results/runs";
+const TABLES: &str = "docs/results/tables.toml";
+const BEGIN: &str = "<!-- table ";
+const END: &str = "<!-- end -->";
+
+type Problem = String;
+
+/// How a run is made and judged.
+struct Run {
+    case: String,
+    set: Vec<String>,
+    within: BTreeMap<String, f64>,
+    /// Beginning of the name of a picture below the results, of which the last is taken, and its place in the repository.
+    pictures: BTreeMap<String, String>,
+}
+
+impl Run {
+    fn read(root: &Path, name: &str) -> Result<Self, Problem> {
+        let table = read_toml(&root.join(RUNS).join(name).join("run.toml"))?;
+        let text = |value: &toml::Value| value.as_str().map(str::to_owned);
+        let entries = |key: &str| table.get(key).and_then(toml::Value::as_table).cloned().unwrap_or_default();
+        let case = table.get("case").and_then(text).ok_or(format!("{name}/run.toml names no `case`"))?;
+        let set = table.get("set").and_then(toml::Value::as_array).into_iter().flatten().filter_map(text).collect();
+        let within = entries("within").into_iter().filter_map(|(key, value)| Some((key, value.as_float()?))).collect();
+        let pictures = entries("pictures").into_iter().filter_map(|(from, to)| Some((from, text(&to)?))).collect();
+        Ok(Self { case, set, within, pictures })
+    }
+}
+
+fn read_toml(path: &Path) -> Result<toml::Table, Problem> {
+    let at = |problem: &dyn std::fmt::Display| format!("{}: {problem}", path.display());
+    std::fs::read_to_string(path).map_err(|error| at(&error))?.parse().map_err(|error: toml::de::Error| at(&error))
+}
+
+fn read_summary(folder: &Path) -> Result<Value, Problem> {
+    let path = folder.join("summary.json");
+    let at = |problem: &dyn std::fmt::Display| format!("{}: {problem}", path.display());
+    let text = std::fs::read_to_string(&path).map_err(|error| at(&error))?;
+    serde_json::from_str(&text).map_err(|error| at(&error))
+}
+
+/// The number at `path`, entries and indices parted by dots.
+fn number(summary: &Value, path: &str) -> Result<f64, Problem> {
+    let found = path.split('.').try_fold(summary, |at, key| match key.parse::<usize>() {
+        Ok(index) => at.get(index),
+        Err(_) => at.get(key),
+    });
+    found.and_then(Value::as_f64).ok_or(format!("a summary has no number `{path}`"))
+}
+
+/// `{path}`, `{path/other}`, `{path*1000:.1}` in a text become numbers of the summary: `.2` with two digits behind the point, `e` with an
+/// exponent and two digits, `,` in groups of three.
+fn filled(text: &str, summary: &Value) -> Result<String, Problem> {
+    let Some((before, rest)) = text.split_once('{') else {
+        return Ok(text.to_owned());
+    };
+    let (inner, after) = rest.split_once('}').ok_or(format!("`{text}` opens a brace and does not close it"))?;
+    let (value, form) = inner.split_once(':').unwrap_or((inner, ".0"));
+    let (value, factor) = value.split_once('*').unwrap_or((value, "1"));
+    let (value, over) = value.split_once('/').map_or((value, None), |(value, over)| (value, Some(over)));
+    let factor: f64 = factor.parse().map_err(|_| format!("`{factor}` is no number"))?;
+    let number = number(summary, value)? * factor / over.map_or(Ok(1.0), |over| number(summary, over))?;
+    let written = match form.strip_prefix('.') {
+        Some(digits) => format!("{number:.*}", digits.parse().map_err(|_| format!("`{form}` is no form"))?),
+        None if form == "e" => format!("{number:.1e}"),
+        None if form == "," => in_groups(number),
+        None => return Err(format!("`{form}` is no form of a number")),
+    };
+    Ok(format!("{before}{written}{}", filled(after, summary)?))
+}
+
+/// A whole number in groups of three digits.
+fn in_groups(number: f64) -> String {
+    let digits = format!("{number:.0}");
+    let mut text = String::new();
+    for (place, digit) in digits.chars().enumerate() {
+        if place > 0 && (digits.len() - place).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// Table `name` in `language`: a row for each quantity and a column for each run, or with `down` the other way round.
+fn table(root: &Path, tables: &toml::Table, name: &str, language: &str) -> Result<String, Problem> {
+    let table = tables.get(name).ok_or(format!("{TABLES} has no table `{name}`"))?;
+    let list = |key: &str| table.get(key).and_then(toml::Value::as_array).cloned().unwrap_or_default();
+    let label = |of: &toml::Value| -> Result<String, Problem> {
+        let found = of.as_str().or_else(|| of.get(language).or_else(|| of.get("en"))?.as_str());
+        found.map(str::to_owned).ok_or(format!("a label of table `{name}` has no text"))
+    };
+    let mut columns = vec![vec![label(table.get("head").ok_or(format!("table `{name}` has no `head`"))?)?]];
+    let rows = list("rows");
+    for row in &rows {
+        columns[0].push(label(row)?);
+    }
+    for run in list("runs") {
+        let folder =
+            run.get("run").and_then(toml::Value::as_str).ok_or(format!("a run of table `{name}` has no name"))?;
+        let summary = read_summary(&root.join(RUNS).join(folder))?;
+        let mut column = vec![label(&run)?];
+        for row in &rows {
+            let value = row.get("value").ok_or(format!("a row of table `{name}` has no `value`"))?;
+            column.push(filled(&label(value)?, &summary).map_err(|problem| format!("table `{name}`: {problem}"))?);
+        }
+        columns.push(column);
+    }
+    let down = table.get("down").and_then(toml::Value::as_bool).unwrap_or(false);
+    let lines: Vec<Vec<&str>> = if down {
+        columns.iter().map(|column| column.iter().map(String::as_str).collect()).collect()
+    } else {
+        (0..columns[0].len()).map(|row| columns.iter().map(|column| &*column[row]).collect()).collect()
+    };
+    let line = |cells: &[&str]| format!("| {} |\n", cells.join(" | "));
+    let rule = format!("|{}\n", "---|".repeat(lines[0].len()));
+    Ok(line(&lines[0]) + &rule + &lines[1..].iter().map(|cells| line(cells)).collect::<String>())
+}
+
+/// Pages with tables of results below `root`, with the tables as the summaries have them: path and text.
+pub fn pages(root: &Path) -> Result<Vec<(String, String)>, Problem> {
+    let tables = read_toml(&root.join(TABLES))?;
+    let places = table_list(&tables)?;
+    let mut pages = Vec::new();
+    for path in places {
+        let text = std::fs::read_to_string(root.join(&path)).map_err(|error| format!("{path}: {error}"))?;
+        let language = if path.ends_with(".ja.md") { "ja" } else { "en" };
+        pages.push((path.clone(), with_tables(&text, |name| table(root, &tables, name, language))?));
+    }
+    Ok(pages)
+}
+
+/// The pages that [`TABLES`] names.
+fn table_list(tables: &toml::Table) -> Result<Vec<String>, Problem> {
+    let pages = tables.get("pages").and_then(toml::Value::as_array).ok_or(format!("{TABLES} names no `pages`"))?;
+    Ok(pages.iter().filter_map(|page| page.as_str().map(str::to_owned)).collect())
+}
+
+/// A page with each of its tables as `table` has it.
+fn with_tables(text: &str, table: impl Fn(&str) -> Result<String, Problem>) -> Result<String, Problem> {
+    let mut fresh = String::new();
+    let mut rest = text;
+    while let Some((before, after)) = rest.split_once(BEGIN) {
+        let (name, after) = after.split_once(" -->\n").ok_or("a table has no name")?;
+        let (_, after) = after.split_once(END).ok_or(format!("table `{name}` has no end"))?;
+        fresh += &format!("{before}{BEGIN}{name} -->\n{}{END}", table(name)?);
+        rest = after;
+    }
+    Ok(fresh + rest)
+}
+
+/// Makes the runs of the names given, or lists all of them; `--keep` takes what they give into the repository. Returns the exit code: 1 if
+/// one differs from its summary by more than its `run.toml` says.
+pub fn run(arguments: &[String]) -> u8 {
+    let keep = arguments.iter().any(|argument| argument == "--keep");
+    let names: Vec<&String> = arguments.iter().filter(|argument| !argument.starts_with("--")).collect();
+    if names.is_empty() {
+        return list();
+    }
+    let mut code = 0;
+    for name in names {
+        match make(&root(), name, keep) {
+            Ok(differences) => {
+                differences.iter().for_each(|line| println!("{line}"));
+                code = code.max(u8::from(!keep && differences.iter().any(|line| line.ends_with("DIFFERS"))));
+            }
+            Err(problem) => {
+                eprintln!("error: {problem}");
+                code = 2;
+            }
+        }
+    }
+    code
+}
+
+/// Lists the runs.
+fn list() -> u8 {
+    let root = root();
+    let mut names: Vec<_> = std::fs::read_dir(root.join(RUNS)).into_iter().flatten().flatten().collect();
+    names.sort_by_key(std::fs::DirEntry::file_name);
+    for name in names.iter().map(|entry| entry.file_name().to_string_lossy().into_owned()) {
+        match Run::read(&root, &name) {
+            Ok(run) => println!("{name:28} {} {}", run.case, run.set.join(" ")),
+            Err(problem) => eprintln!("{problem}"),
+        }
+    }
+    0
+}
+
+/// Makes a run, or goes on with it, and compares it with its summary.
+fn make(root: &Path, name: &str, keep: bool) -> Result<Vec<String>, Problem> {
+    let run = Run::read(root, name)?;
+    let out = root.join("target/results").join(name);
+    let mut command = cargo();
+    command.args(["run", "--release", "--quiet", "--package", "sazanami-cli", "--"]);
+    if out.join("case.toml").exists() {
+        command.arg("resume").arg(&out);
+    } else {
+        command.args(["run", &run.case, "--out"]).arg(&out);
+        for set in &run.set {
+            command.args(["--set", set]);
+        }
+    }
+    match exit_code(&mut command) {
+        0 => {}
+        code => return Err(format!("{name}: exit code {code}")),
+    }
+    let (folder, found) = (root.join(RUNS).join(name), read_summary(&out)?);
+    let mut lines = Vec::new();
+    if let Ok(kept) = read_summary(&folder) {
+        for (path, &within) in &run.within {
+            let (now, before) = (number(&found, path)?, number(&kept, path)?);
+            let difference = (now - before).abs() / before.abs();
+            let verdict = if difference <= within { "ok" } else { "DIFFERS" };
+            lines.push(format!("{name} {path} {now} for {before}, {difference:.1e} of {within:.1e} {verdict}"));
+        }
+    }
+    if keep {
+        let copy = |from: PathBuf, to: PathBuf| {
+            std::fs::copy(&from, &to).map(drop).map_err(|error| format!("{}: {error}", from.display()))
+        };
+        copy(out.join("summary.json"), folder.join("summary.json"))?;
+        for (from, to) in &run.pictures {
+            copy(last_picture(&out, from)?, root.join(to))?;
+        }
+    }
+    Ok(lines)
+}
+
+/// The last of the pictures whose paths below `out` begin with `start`.
+fn last_picture(out: &Path, start: &str) -> Result<PathBuf, Problem> {
+    let folder = out.join(start);
+    let (parent, begin) = (folder.parent().unwrap_or(out), folder.file_name().unwrap_or_default().to_string_lossy());
+    let files = std::fs::read_dir(parent).into_iter().flatten().flatten().map(|entry| entry.path());
+    let fits = |path: &PathBuf| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(&*begin));
+    files.filter(fits).max().ok_or(format!("no picture begins with {}", folder.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_a_summary_stand_in_the_text() {
+        let summary = serde_json::json!({ "a": { "b": [1234.5, -2e-9] }, "n": 30900, "none": null });
+        assert_eq!(filled("V = {a.b.0:.2} of {n:,}", &summary).unwrap(), "V = 1234.50 of 30,900");
+        assert_eq!(filled("{a.b.1:e}, {a.b.0/n*100:.1} %", &summary).unwrap(), "-2.0e-9, 4.0 %");
+        assert!(filled("{none}", &summary).unwrap_err().contains("no number `none`"));
+        assert!(filled("{n", &summary).is_err() && filled("{n:x}", &summary).is_err());
+    }
+
+    #[test]
+    fn a_page_has_the_tables_of_its_runs() {
+        let page = "a\n<!-- table t -->\nold\n<!-- end -->\nb\n";
+        let fresh = with_tables(page, |name| Ok(format!("| {name} |\n"))).unwrap();
+        assert_eq!(fresh, "a\n<!-- table t -->\n| t |\n<!-- end -->\nb\n");
+        assert_eq!(with_tables(&fresh, |name| Ok(format!("| {name} |\n"))).unwrap(), fresh);
+        assert!(with_tables("<!-- table t -->\nno end", |_| Ok(String::new())).is_err());
+        assert!(with_tables(page, |name| Err(format!("no {name}"))).is_err());
+    }
+
+    #[test]
+    fn the_tables_of_the_repository_are_those_of_its_summaries() {
+        let root = root();
+        for (path, text) in pages(&root).unwrap() {
+            assert!(text.contains(BEGIN), "{path} has no table");
+        }
+    }
+}
