@@ -23,6 +23,9 @@ use crate::value::{Range1, Value};
 use crate::write::{Paths, Written};
 use crate::{cross_checks, moving_particles};
 
+/// Largest gap of a film in cells: at wider ones the cells have the lubrication.
+const FILM_CELLS: Real = 0.5;
+
 // Fields stand in the order in which they are read: what a default depends on comes before.
 /// A sazanami case: grains under moving water. Every number with a dimension is a text with its unit.
 #[derive(Clone, Debug, PartialEq, Keys)]
@@ -393,11 +396,18 @@ impl Case {
             .any(|population| matches!(population.placement, GrainPlacement::Packed(_) | GrainPlacement::Bed(_)))
     }
 
+    /// Largest gap of a film between grains \[m]: on a grid half a cell, from which on the cells have the lubrication.
+    #[must_use]
+    pub fn film_farthest(&self) -> Real {
+        match self.solver {
+            Solver::Mics => FILM_CELLS * self.domain.spacing().min_element(),
+            Solver::Mps => Real::INFINITY,
+        }
+    }
+
     /// The box and its walls, for moving particles.
     #[must_use]
     pub fn tank(&self) -> Tank {
-        let slips = self.boundary.iter().flatten().any(|side| *side == BoundarySide::Slip);
-        let friction = if slips { WallFriction::Slip } else { WallFriction::NoSlip };
         let side = |side: BoundarySide| match side {
             // The others are refused with the case.
             BoundarySide::NoSlip | BoundarySide::Slip | BoundarySide::Moving { .. } | BoundarySide::Inflow { .. } => {
@@ -408,6 +418,9 @@ impl Case {
         };
         let sides = self.boundary.map(|sides| sides.map(side));
         let gates = self.gates.iter().map(Gate::plate).collect();
-        Tank { gates, ..Tank::new(self.domain.lower, self.domain.upper, sides, friction) }
+        let slips = |side| if side == BoundarySide::Slip { WallFriction::Slip } else { WallFriction::NoSlip };
+        let friction = self.boundary.map(|sides| sides.map(slips));
+        let tank = Tank::new(self.domain.lower, self.domain.upper, sides, WallFriction::NoSlip);
+        Tank { gates, friction, ..tank }
     }
 }

@@ -4,12 +4,13 @@
 //! depends on other keys is judged as what it is in this very case.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use toml::{Table, Value};
 
 use crate::explain::declared;
 use crate::resolved::{self, Paths};
-use crate::{LoadedCase, parse};
+use crate::{Case, LoadedCase, parse};
 
 /// Value in place of a key that is left out.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -38,15 +39,49 @@ pub struct Changed {
 /// Names of a case and its texts for people, which have no default to differ from.
 const NAMES: [&str; 2] = ["name", "title"];
 
-/// The keys of `loaded` that are required or differ from their defaults, in the order of their paths.
+/// Elements of a list of tables whose keys are tried, from the first on: each trial reads the whole case.
+pub const MOST_TRIED: usize = 16;
+
+/// The keys of `loaded` that are required or differ from their defaults, in the order of their paths; of lists of tables those
+/// of the first [`MOST_TRIED`] elements.
 #[must_use]
 pub fn changed(loaded: &LoadedCase) -> Vec<Changed> {
-    let text = resolved::write(&loaded.case, Paths::AsGiven);
-    let Ok(tree) = text.parse::<Table>() else { return Vec::new() };
+    let Some((case, tree)) = shortened(loaded) else { return Vec::new() };
     let mut paths = Vec::new();
     leaves(&tree, &mut Vec::new(), &mut paths);
-    paths.retain(|path| !NAMES.contains(&path[0].as_str()));
-    paths.iter().filter_map(|path| tried(loaded, &tree, path)).collect()
+    let is_tried = |path: &[String]| path.get(1).and_then(|n| n.parse().ok()).is_none_or(|n: usize| n < MOST_TRIED);
+    paths.retain(|path| !NAMES.contains(&path[0].as_str()) && is_tried(path));
+    paths.iter().filter_map(|path| tried(&loaded.path, &case, &tree, path)).collect()
+}
+
+/// Lists of tables that are longer than what is tried of them, with their lengths.
+#[must_use]
+pub fn longer_than_tried(loaded: &LoadedCase) -> Vec<(String, usize)> {
+    let tree = resolved::write(&loaded.case, Paths::AsGiven).parse::<Table>().unwrap_or_default();
+    let long = tree.into_iter().filter_map(|(name, value)| Some((name, tables_of(&value)?.len())));
+    long.filter(|(_, length)| *length > MOST_TRIED).collect()
+}
+
+/// The elements of a list of tables.
+fn tables_of(value: &Value) -> Option<&Vec<Value>> {
+    value.as_array().filter(|list| list.iter().any(Value::is_table))
+}
+
+/// A case and its copy without the elements of long lists that are not tried, or with them where others need them.
+fn shortened(loaded: &LoadedCase) -> Option<(Case, Table)> {
+    let whole = resolved::write(&loaded.case, Paths::AsGiven).parse::<Table>().ok()?;
+    let mut short = whole.clone();
+    for (_, value) in &mut short {
+        if tables_of(value).is_some() {
+            value.as_array_mut()?.truncate(MOST_TRIED);
+        }
+    }
+    if short != whole
+        && let Ok(case) = parse(&loaded.path, &short.to_string(), &[])
+    {
+        return Some((case.case, short));
+    }
+    Some((loaded.case.clone(), whole))
 }
 
 /// Values of all keys of a case by their paths, as in its copy.
@@ -79,13 +114,13 @@ fn leaves(table: &Table, path: &mut Vec<String>, found: &mut Vec<Vec<String>>) {
 }
 
 /// The key at `path`, if the case without it is none or another one.
-fn tried(loaded: &LoadedCase, tree: &Table, path: &[String]) -> Option<Changed> {
+fn tried(file: &Path, case: &Case, tree: &Table, path: &[String]) -> Option<Changed> {
     let value = at(tree, path)?;
     let mut without = tree.clone();
     remove(&mut without, path);
-    let default = match parse(&loaded.path, &without.to_string(), &[]) {
+    let default = match parse(file, &without.to_string(), &[]) {
         Err(_) => DefaultValue::Required,
-        Ok(other) if other.case == loaded.case => return None,
+        Ok(other) if other.case == *case => return None,
         Ok(other) => {
             let copy = resolved::write(&other.case, Paths::AsGiven).parse::<Table>().unwrap_or_default();
             at(&copy, path).map_or(DefaultValue::None, |value| DefaultValue::Value(value.to_string()))
@@ -125,8 +160,6 @@ fn remove(tree: &mut Table, path: &[String]) {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
 
     const CASE: &str = r#"
@@ -163,5 +196,38 @@ mod tests {
         assert_eq!(changed(&copy), found);
         assert!(values(&copy).len() > 2 * found.len());
         assert_eq!(values(&copy)["fluid.cfl"], "0.3");
+    }
+
+    /// [`CASE`] with so many drops, each told apart by its size.
+    fn of_drops(count: usize) -> LoadedCase {
+        let one = &CASE[CASE.find("[[liquid]]").unwrap()..CASE.find("[run]").unwrap()];
+        let drop = |n: usize| one.replace("3 mm", &format!("{}.5 mm", 1 + n % 3));
+        let all: String = (0..count).map(drop).collect();
+        parse(Path::new("a.toml"), &CASE.replace(one, &all), &[]).unwrap()
+    }
+
+    #[test]
+    fn keys_of_long_lists_are_those_of_their_first_elements() {
+        let long = of_drops(200);
+        let (found, begun) = (changed(&long), changed(&of_drops(MOST_TRIED)));
+        assert_eq!(found, begun);
+        assert!(found.iter().any(|key| key.path == "liquid.15.region.sphere.diameter"), "{found:#?}");
+        assert_eq!(longer_than_tried(&long), [("liquid".to_owned(), 200)]);
+        assert_eq!(longer_than_tried(&of_drops(MOST_TRIED)), []);
+        // Elements that others need stay: a probe on the last of twenty populations.
+        let kind = |n: usize| {
+            format!(
+                "[[grains]]\nname = \"g{n}\"\nmaterial = \"m\"\nshape.sphere = {{ diameter = \"0.2 mm\" }}\nplacement.list = [{{ position = [\"{} mm\", \"1 mm\", \"1 mm\"] }}]\n",
+                0.3 + 0.3 * n as f64
+            )
+        };
+        let all: String = (0..20).map(kind).collect();
+        let probe = "[material.m]\ndensity = \"2500 kg/m^3\"\n[contact.default]\nnormal_stiffness = \"1e3 N/m\"\n[[probe]]\nname = \"p\"\nbody = { population = \"g19\", index = 0 }\n";
+        let text = CASE.replace("[[liquid]]", &format!("{all}{probe}[[liquid]]"));
+        let found = changed(&parse(Path::new("a.toml"), &text, &[]).unwrap());
+        let default = |path: &str| found.iter().find(|key| key.path == path).map(|key| key.default.clone());
+        assert_eq!(default("grains.15.material"), Some(DefaultValue::Required));
+        assert_eq!(default("grains.16.material"), None);
+        assert!(default("probe.0.body.population").is_some(), "{found:#?}");
     }
 }

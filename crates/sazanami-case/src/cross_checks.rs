@@ -31,6 +31,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
             .label("`packing_only` needs grains with `placement.packed`")
             .help("leave out `packing_only`, or add `placement.packed = {}` to the grains");
     }
+    check_late_outputs(case, cx);
     check_densities(case, cx);
     check_velocity_fields(case, cx);
     check_rest(case, cx);
@@ -44,6 +45,31 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     driven::check(case, cx);
     driven::check_fall(case, cx);
     liquids_at_walls::check(case, cx);
+}
+
+/// Warns of outputs that are asked for after the end of the run.
+fn check_late_outputs(case: &Case, cx: &mut Context<'_>) {
+    let (end, output) = (case.run.until, &case.output);
+    if case.run.packing_only || end.is_nan() {
+        return;
+    }
+    let own = [
+        ("fields", &output.fields),
+        ("grains", &output.grains),
+        ("figures", &output.figures),
+        ("series", &output.series),
+    ];
+    let own = own.map(|(name, schedule)| (format!("output.{name}.at"), schedule));
+    let probes = case.probes.iter().enumerate().map(|(n, probe)| (format!("probe.{n}.at"), &probe.schedule));
+    for (key, schedule) in own.into_iter().chain(probes) {
+        let late = schedule.at.iter().filter(|&&time| time > end * (1.0 + 1e-9)).count();
+        if let Some(place) = cx.places.of(&key).filter(|_| late > 0) {
+            cx.report
+                .warning(Some(place), format!("{late} of {} times lie after the end of the run", schedule.at.len()))
+                .label(format!("the run ends at {} s", rounded(end)))
+                .help("leave them out, or raise `run.until`; `sazanami resume --until` goes on to them");
+        }
+    }
 }
 
 /// Least density of a liquid and of a material that is not doubted: liquid hydrogen has 71 kg/m^3, foams have 10 [kg/m^3].

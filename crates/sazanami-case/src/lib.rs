@@ -46,7 +46,7 @@ use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
 pub use case::Case;
-pub use changed::{Changed, DefaultValue, changed, values};
+pub use changed::{Changed, DefaultValue, MOST_TRIED, changed, longer_than_tried, values};
 pub use diagnostics::{Diagnostic, DiagnosticRecord, Diagnostics, Severity};
 pub use explain::{Explained, explain, key_paths, value_paths};
 pub use key::Keys;

@@ -107,11 +107,12 @@ fn check_sides(case: &Case, cx: &mut Context<'_>) {
     }
     let span = cx.places.at("boundary");
     let any = |wanted: BoundarySide| case.boundary.iter().flatten().any(|side| *side == wanted);
-    if any(BoundarySide::NoSlip) && any(BoundarySide::Slip) {
+    let published = case.particles.as_ref().is_some_and(|p| p.projection == ParticleProjection::Enhanced);
+    if published && any(BoundarySide::NoSlip) && any(BoundarySide::Slip) {
         cx.report
-            .error(span, "walls of moving particles have one kind of friction")
+            .error(span, "walls of the published scheme have one kind of friction")
             .label("both `no_slip` and `slip` walls are given")
-            .help("choose \"no_slip\" or \"slip\" for all walls");
+            .help("choose \"no_slip\" or \"slip\" for all walls, or leave out `preset = \"paper_literal\"`");
     }
 }
 

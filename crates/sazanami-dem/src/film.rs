@@ -27,12 +27,20 @@ pub struct Film {
     pub roughness: Real,
     /// Outer cut-off `h_0` over the smaller radius.
     pub reach: Real,
+    /// Largest outer cut-off \[m]: where a grid resolves the liquid the film has the part that its cells do not.
+    pub farthest: Real,
 }
 
 /// Change of the gap in a sub-step, over the roughness, below which the force is that of its middle.
 const SMALL: Real = 1e-4;
 
 impl Film {
+    /// Outer cut-off of a film whose smaller sphere has this `radius` \[m].
+    #[must_use]
+    pub fn outer(&self, radius: Real) -> Real {
+        (self.reach * radius).min(self.farthest)
+    }
+
     /// Largest damping coefficient over the square of the effective radius, at the roughness [N s/m^3].
     pub(crate) fn largest_damping(&self) -> Real {
         6.0 * PI * self.viscosity / self.roughness
@@ -43,7 +51,7 @@ impl Film {
     #[inline]
     pub(crate) fn damping(&self, gap: Real, change: Real, radii: [Real; 2]) -> Real {
         let [a, b] = radii;
-        let outer = (self.reach * a.min(b)).max(self.roughness);
+        let outer = self.outer(a.min(b)).max(self.roughness);
         let effective = a * b / (a + b);
         let mean = if change.abs() > SMALL * self.roughness {
             (self.integral(gap + 0.5 * change, outer) - self.integral(gap - 0.5 * change, outer)) / change
@@ -67,7 +75,7 @@ impl Film {
 mod tests {
     use super::*;
 
-    const FILM: Film = Film { viscosity: 1e-3, roughness: 1e-6, reach: 0.1 };
+    const FILM: Film = Film { viscosity: 1e-3, roughness: 1e-6, reach: 0.1, farthest: Real::INFINITY };
     const RADII: [Real; 2] = [1e-3, 2e-3];
 
     #[test]
@@ -77,6 +85,10 @@ mod tests {
             let found = FILM.damping(gap, 0.0, RADII) / full;
             assert!((found - expected).abs() <= 1e-9 * 1e6, "{gap}: {found}");
         }
+        // A cut-off nearer than the reach is that of the film.
+        let near = Film { farthest: 2e-5, ..FILM };
+        assert!((near.damping(1e-5, 0.0, RADII) / full - 5e4).abs() < 1e-3);
+        assert_eq!(near.damping(3e-5, 0.0, RADII), 0.0);
         // At a wall the effective radius is that of the sphere: for equal spheres half.
         let [wall, equal] = [1e9, 1e-3].map(|other| FILM.damping(1e-5, 0.0, [1e-3, other]));
         assert!((wall / equal - 4.0).abs() < 1e-9, "{}", wall / equal);

@@ -37,8 +37,8 @@ pub struct Tank {
     pub upper: Vector,
     /// Lower and upper side in each direction.
     pub sides: [[Side; 2]; 3],
-    /// Velocity condition at the walls.
-    pub friction: WallFriction,
+    /// Velocity condition at the lower and the upper wall in each direction; of other sides without meaning.
+    pub friction: [[WallFriction; 2]; 3],
     /// Displacement of the walls since the start \[m].
     pub displacement: Vector,
     /// Velocity of the walls [m/s].
@@ -91,10 +91,18 @@ const FULL: Real = 0.99;
 const ROUND_OFF: Real = 1e-9;
 
 impl Tank {
-    /// A box at rest.
+    /// A box at rest, all walls alike.
     #[must_use]
     pub fn new(lower: Vector, upper: Vector, sides: [[Side; 2]; 3], friction: WallFriction) -> Self {
-        Self { lower, upper, sides, friction, displacement: Vector::ZERO, velocity: Vector::ZERO, gates: Vec::new() }
+        let (friction, still) = ([[friction; 2]; 3], Vector::ZERO);
+        Self { lower, upper, sides, friction, displacement: still, velocity: still, gates: Vec::new() }
+    }
+
+    /// Velocity condition at gates, and of the published scheme at all walls: free slip where any wall has it.
+    pub(crate) fn common_friction(&self) -> WallFriction {
+        let slips = |(side, friction): (&Side, &WallFriction)| *side == Side::Wall && *friction == WallFriction::Slip;
+        let any = self.sides.as_flattened().iter().zip(self.friction.as_flattened()).any(slips);
+        if any { WallFriction::Slip } else { WallFriction::NoSlip }
     }
 
     /// Whether a volume of fluid and grains [m^3] fills a closed box, so that there is no free surface.

@@ -62,7 +62,7 @@ pub(crate) fn field<'a>(
     near: &mut Arrangement,
     mirrored: &'a mut Vec<Vector>,
 ) -> ViscousField<'a> {
-    let friction = tank.friction;
+    let friction = tank.common_friction();
     let velocity = if step.settings.fluid.viscosity > 0.0 && friction == WallFriction::NoSlip {
         let Arrangement { ghosts, bins, neighbours, bin } = near;
         mirrored_velocities(step.kernel, tank, bins, particles, |a| neighbours.is_wet(bin[a]), mirrored);

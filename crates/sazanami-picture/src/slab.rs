@@ -19,6 +19,9 @@ const BAR: f64 = 22.0;
 const RIGHT: f64 = 128.0;
 /// Panels are at least this high.
 const LOWEST_PANEL: f64 = 90.0;
+/// All panels together are as high as this at most, unless they would be narrower than [`NARROWEST`].
+const HIGHEST: f64 = 2400.0;
+const NARROWEST: f64 = 160.0;
 
 const PLAIN: Colour = [196, 192, 184];
 const HAZE: Colour = [228, 233, 238];
@@ -55,7 +58,7 @@ pub struct SlabView<'a> {
     pub water: &'a [[f64; 2]],
     /// Velocities of the water in a window, which stands to the right of the panels and is outlined in them.
     pub vectors: Option<&'a VectorWindow<'a>>,
-    /// Width of a panel \[pixels].
+    /// Width of a panel \[pixels]; less where the panels would be too high together.
     pub width: usize,
 }
 
@@ -72,8 +75,8 @@ impl SlabView<'_> {
         if self.panels.is_empty() {
             return Err(PictureError::WrongLength { what: "panels of a slab", expected: 1, found: 0 });
         }
-        let width = self.width as f64;
         let aspect = (self.z[1] - self.z[0]) / (self.x[1] - self.x[0]);
+        let width = (self.width as f64).min((HIGHEST / (self.panels.len() as f64 * aspect)).max(NARROWEST)).round();
         let height = (width * aspect).round().max(LOWEST_PANEL);
         let step = CAPTION + height + BELOW_PANEL;
         let count = self.panels.len() as f64;
@@ -256,6 +259,23 @@ mod tests {
         let window = VectorWindow { x: [0.0, 0.0], z: [0.0, 1.0], vectors: &[], reference: 0.1 };
         let flat = SlabView { vectors: Some(&window), ..view(&position, &[1.0], &panels, [0.0, 1.0]) };
         assert!(flat.draw().is_err());
+    }
+
+    #[test]
+    fn panels_of_a_deep_tank_stay_within_a_screen() {
+        let scale = ColourScale::speed(0.1);
+        let panels = [SlabPanel { values: &[], scale: &scale }; 3];
+        let size = |z: f64| {
+            let view = SlabView { z: [0.0, z], width: 1100, ..view(&[], &[], &panels, [0.0, 1.0]) };
+            let picture = view.draw().expect("a picture");
+            [picture.width(), picture.pixels().len() / picture.width()]
+        };
+        let [deep, flat] = [0.14, 0.002].map(size);
+        assert!(deep[1] < 2700 && deep[0] < 600, "{deep:?}");
+        // Control: a long tank has its full width.
+        assert!(flat[0] > 1100 && flat[1] < 600, "{flat:?}");
+        // Deeper still it is as narrow as can be read.
+        assert!(size(3.0)[0] > 300);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use sazanami::analyse;
 use sazanami::case::meaning::Measured;
-use sazanami::case::{Changed, DefaultValue, changed};
+use sazanami::case::{Changed, DefaultValue, MOST_TRIED, changed, longer_than_tried};
 use sazanami::error::CommandError;
 use sazanami::finished::Finished;
 use sazanami::progress::duration;
@@ -167,6 +167,10 @@ fn what_was_run(html: &mut Html, run: &Finished, log: &str) {
     let headings = ["key", "value", "otherwise", "meaning"];
     let keys: Vec<Vec<String>> = changed(&run.case).iter().map(row_of).collect();
     html.table("Keys that make this case: required ones, and those that differ from their defaults", &headings, &keys);
+    for (list, length) in longer_than_tried(&run.case) {
+        let note = format!("Of {length} tables of {list} the first {MOST_TRIED} are shown; the case below has all.");
+        html.element("p", &[("class", "note")], &note);
+    }
     html.close("section");
 }
 

@@ -16,6 +16,7 @@ mod report;
 mod substeps;
 mod tank_warnings;
 mod text;
+mod volumes;
 mod waves;
 
 use sazanami_numerics::Real;

@@ -266,6 +266,7 @@ impl Search<'_> {
         let lying: Vec<Placed> = lying.iter().map(|grain| self.as_it_lies(grain)).collect();
         let placed = self.placed(&lying);
         self.within_box(&placed);
+        self.clear_of_gates(&placed);
         self.overlaps(&placed);
         self.beside_packed(&lying);
         self.liquids(&lying);

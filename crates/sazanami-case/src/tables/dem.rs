@@ -90,11 +90,10 @@ pub struct DemOptions {
     #[key(range = NonNegative, default = 0.0)]
     pub rolling_friction: Real,
     /// Roughness of the grains: with it the liquid film between spheres that do not touch resists their approach, down to a gap
-    /// of this height, for `solver = "mps"`; about 1e-3 of the radius for sand, 1e-5 to 1e-4 for polished balls. Dry grains
-    /// have the film too.
+    /// of this height; about 1e-3 of the radius for sand, 1e-5 to 1e-4 for polished balls. Grains in gas have the film too.
     #[key(unit = "m", range = Positive, says = "no film")]
     pub film_roughness: Option<Real>,
-    /// Largest gap of the film over the radius of the smaller sphere.
+    /// Largest gap of the film over the radius of the smaller sphere; on a grid up to half a cell, from which on the cells have it.
     #[key(range = Between(1e-3, 1.0), default = FILM_REACH, omit_if = self.film_roughness.is_none())]
     pub film_reach: Real,
     /// Liquid bridges between wet grains, for spheres in a case without a body of liquid. Packed beds get them when the run begins.

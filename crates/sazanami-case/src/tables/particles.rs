@@ -9,7 +9,7 @@ use sazanami_numerics::Real;
 /// Range of the radius of influence over the particle spacing in which the lattice sums are what they should be.
 const RADII: [Real; 2] = [2.1, 3.6];
 
-/// Water as moving particles, for `solver = "mps"`. Sides may be `no_slip`, `slip` (all walls alike), `periodic` and open
+/// Water as moving particles, for `solver = "mps"`. Sides may be `no_slip`, `slip`, `periodic` and open
 /// (`outflow`, or `fixed_pressure` of gas at 0 Pa). Edges of the box between walls are multiples of the spacing to 2 %,
 /// periodic ones are multiples of it.
 #[derive(Clone, Debug, PartialEq, Keys)]

@@ -31,13 +31,14 @@ impl Engine {
             && film.viscosity.is_finite()
             && film.roughness > 0.0
             && film.reach > 0.0
-            && film.reach.is_finite())
+            && film.reach.is_finite()
+            && film.farthest > 0.0)
         {
             return Err(DemError::BadFilm { film: *film });
         }
         let fits = |r: &GrainRecord| {
             let body = &self.bodies[r.shape as usize];
-            body.is_ball() && film.reach * body.bounding_radius * r.scale > film.roughness
+            body.is_ball() && film.outer(body.bounding_radius * r.scale) > film.roughness
         };
         grains.iter().find(|r| !fits(r)).map_or(Ok(()), |r| Err(DemError::FilmDoesNotFit { id: r.id, film: *film }))
     }

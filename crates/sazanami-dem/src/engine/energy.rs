@@ -27,6 +27,9 @@ const MOST_GIVEN: Real = 0.2;
 /// Energy over that of all grains and springs below which nothing is judged: impacts without loss come out with up to 2 % more or
 /// less, which the sums over a call cannot tell from a drive; a drive grows past it within windows.
 const LEAST: Real = 0.05;
+/// Energy over that which lifts a free grain of the mean weight by its radius below which nothing is judged: where all is nearly
+/// at rest, what is left of motion and springs is no measure.
+const UNSEEN: Real = 1e-6;
 
 /// What contacts took and gave; see the module.
 #[derive(Debug, Default)]
@@ -148,7 +151,7 @@ impl Engine {
             window.most = (most.0, most.1, self.time);
         }
         self.book.window = Some(window);
-        if window.substeps >= WINDOW { self.judge(domain, window) } else { Ok(()) }
+        if window.substeps >= WINDOW { self.judge(domain, window, gravity.length()) } else { Ok(()) }
     }
 
     /// A window that begins now.
@@ -157,15 +160,20 @@ impl Engine {
         Window { substeps: 0, stored, given: 0.0, exchanged: 0.0, most: (Real::NEG_INFINITY, 0, self.time) }
     }
 
-    /// Judges a window that has ended, and begins the next.
-    fn judge(&mut self, domain: &Domain, ended: Window) -> Result<(), DemError> {
+    /// Judges a window that has ended under `gravity` [m/s^2], and begins the next.
+    fn judge(&mut self, domain: &Domain, ended: Window, gravity: Real) -> Result<(), DemError> {
         let next = self.window(domain);
         self.book.window = Some(next);
         let grains = &self.grains;
-        let [kinetic] = domain.sum(sum_over(grains.owned, |g| [grains.kinetic_energy(g)]));
+        let of_grain = |g: usize| {
+            let free = Real::from(u8::from(grains.motion[g] == Motion::Free));
+            [grains.kinetic_energy(g), free * grains.mass[g] * self.bounding_radius(g), free]
+        };
+        let [kinetic, levers, count] = domain.sum(sum_over(grains.owned, of_grain));
+        let unseen = UNSEEN * gravity * levers / count.max(1.0);
         let more_stored = next.stored - ended.stored;
         let (gained, exchanged) = (ended.given + more_stored, ended.exchanged + more_stored.abs());
-        if gained <= MOST_GIVEN * exchanged || gained <= LEAST * (kinetic + next.stored) {
+        if gained <= MOST_GIVEN * exchanged || gained <= (LEAST * (kinetic + next.stored)).max(unseen) {
             return Ok(());
         }
         // The rank with the grain that was given most names it.

@@ -145,7 +145,7 @@ impl Engine {
         self.listed = true;
     }
 
-    fn bounding_radius(&self, g: usize) -> Real {
+    pub(super) fn bounding_radius(&self, g: usize) -> Real {
         self.bodies[self.grains.shape[g] as usize].bounding_radius * self.grains.scale[g]
     }
 

@@ -104,12 +104,10 @@ impl Eddies {
         };
         let along = |j: usize| (1.0 - fx) * depth(i0, j) + fx * depth(i1, j);
         let mut distance = self.cell.z * ((1.0 - fy) * along(j0) + fy * along(j1));
-        if tank.friction == WallFriction::NoSlip {
-            for (d, side) in [(0, 0), (0, 1), (1, 0), (1, 1), (2, 1)] {
-                if tank.sides[d][side] == Side::Wall {
-                    let inside = place[d] - self.lower[d];
-                    distance = distance.min(if side == 0 { inside } else { extent[d] - inside }.max(0.0));
-                }
+        for (d, side) in [(0, 0), (0, 1), (1, 0), (1, 1), (2, 1)] {
+            if tank.sides[d][side] == Side::Wall && tank.friction[d][side] == WallFriction::NoSlip {
+                let inside = place[d] - self.lower[d];
+                distance = distance.min(if side == 0 { inside } else { extent[d] - inside }.max(0.0));
             }
         }
         KARMAN * distance

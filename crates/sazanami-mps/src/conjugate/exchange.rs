@@ -7,10 +7,10 @@
 use sazanami_numerics::{Matrix, Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
-use super::mirrors::gate_of;
+use super::mirrors::{DIRECTIONS, Turned, gate_of, turn};
 use super::pairs::{Neighbour, Pairs, times};
 use super::voids::Bulk;
-use crate::boundary::WallFriction;
+use crate::boundary::{Tank, WallFriction};
 use crate::gates::Gate;
 use crate::matrix::Block;
 use crate::moments::{Symmetric, add};
@@ -39,21 +39,57 @@ pub(crate) struct Fields<'a> {
     /// Velocity gradients [1/s].
     pub gradient: &'a [Matrix],
     pub bulk: Bulk<'a>,
-    pub gates: &'a [Gate],
     /// Eddy viscosity over that of the fluid, if there is one.
     pub eddies: Option<&'a [Real]>,
+}
+
+/// Which planes let the water slip along them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Friction<'a> {
+    /// Lower and upper wall in each direction.
+    walls: [[bool; 2]; 3],
+    by_gates: bool,
+    gates: &'a [Gate],
+}
+
+impl<'a> Friction<'a> {
+    /// That of a tank.
+    pub fn of(tank: &'a Tank) -> Self {
+        let walls = tank.friction.map(|sides| sides.map(|friction| friction == WallFriction::Slip));
+        Self { walls, by_gates: tank.common_friction() == WallFriction::Slip, gates: &tank.gates }
+    }
+
+    /// The directions in which an image is turned by a plane that lets the water slip; `way` goes to the image.
+    #[inline(always)]
+    fn slips(&self, turned: Turned, way: Vector) -> Turned {
+        let gate = gate_of(turned).map(|gate| self.gates[gate].direction);
+        (0..3).fold(0, |slips, d| {
+            let by_plane = if gate == Some(d) { self.by_gates } else { self.walls[d][usize::from(way[d] > 0.0)] };
+            slips | ((turned & 1 << d) * Turned::from(by_plane))
+        })
+    }
+
+    /// Velocity of an image in a plane that holds the water: it moves against the particle behind, turned by the others.
+    #[inline(always)]
+    fn held(&self, turned: Turned, slips: Turned, velocity: Vector) -> Vector {
+        let gate = gate_of(turned).map(|gate| &self.gates[gate]);
+        match gate.filter(|gate| slips >> gate.direction & 1 == 0) {
+            Some(gate) => Vector::new(0.0, 0.0, 2.0 * gate.velocity) - turn(slips, velocity),
+            None => -turn(slips, velocity),
+        }
+    }
 }
 
 /// Sets what each own fluid particle receives, its damping without the part of the gradients, and its stress
 /// `sum (w/n0) m e r^T` [m^2/s], for [`add_stress`].
 pub(crate) fn exchange(
     kernel: &Kernel,
-    friction: WallFriction,
+    friction: &Friction<'_>,
     (pairs, blocks): (&Pairs, &[Block]),
     fields: &Fields<'_>,
     (into, stress): (&mut [Received], &mut [Symmetric]),
 ) {
-    let Fields { kind, velocity, gradient, bulk, gates, eddies } = *fields;
+    let Fields { kind, velocity, gradient, bulk, eddies } = *fields;
     let (weight, sums) = (kernel.weight, kernel.sums);
     let [per_laplacian, per_density] = [sums.laplacian, sums.number_density].map(Real::recip);
     for_each_chunk((into, stress), ROWS, |number, (into, stress)| {
@@ -70,16 +106,12 @@ pub(crate) fn exchange(
                 let narrower = bulk.narrowing(a, b);
                 let r = apart.length() * narrower;
                 let w = weight.value(r);
-                let held = turned != 0 && friction == WallFriction::NoSlip;
+                let slips = if turned == 0 { 0 } else { friction.slips(turned, apart) };
+                let held = turned & DIRECTIONS != slips;
                 // At a wall that holds the water eddies are gone.
                 let eddies = eddies.filter(|_| !held);
                 let thicker = eddies.map_or(1.0, |eddies| 1.0 + 0.5 * (eddies[a] + eddies[b]));
-                // The image of a wall that holds the fluid moves against it.
-                let image = match gate_of(turned) {
-                    Some(gate) if held => Vector::new(0.0, 0.0, 2.0 * gates[gate].velocity) - velocity[b],
-                    None if held => -velocity[b],
-                    _ => pair.seen(velocity[b]),
-                };
+                let image = if held { friction.held(turned, slips, velocity[b]) } else { pair.seen(velocity[b]) };
                 let stiffness = thicker * weight.laplacian(r).0 * narrower * narrower;
                 into.laplacian += stiffness * per_laplacian * (image - velocity[a]);
                 let other = seen(&pair, &gradient[b]);

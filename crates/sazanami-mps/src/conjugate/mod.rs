@@ -35,7 +35,7 @@ use crate::report::StepReport;
 use crate::scheme::Turbulence;
 use crate::weight::Weight;
 use eddies::Eddies;
-use exchange::{Fields, Received};
+use exchange::{Fields, Friction, Received};
 pub(crate) use mirrors::Mirrors;
 use operators::Conjugate;
 pub(crate) use operators::Operators;
@@ -254,15 +254,14 @@ impl ConjugateColumns {
         particles: &Particles,
         equation: &PressureEquation,
     ) {
-        let (owned, friction, gates) = (particles.owned, tank.friction, &tank.gates[..]);
+        let (owned, friction) = (particles.owned, Friction::of(tank));
         self.received.resize(owned, Received::default());
         self.stress.resize(particles.len(), [0.0; 6]);
         let bulk = self.voids.bulk();
         let eddies = self.eddies.as_ref().map(|eddies| &eddies.relative[..]);
-        let fields =
-            Fields { kind: &particles.kind, velocity: &self.velocity, gradient: &self.gradient, bulk, gates, eddies };
+        let fields = Fields { kind: &particles.kind, velocity: &self.velocity, gradient: &self.gradient, bulk, eddies };
         let (into, pairs) = ((&mut self.received[..], &mut self.stress[..owned]), (&self.pairs, &equation.blocks[..]));
-        exchange::exchange(step.kernel, friction, pairs, &fields, into);
+        exchange::exchange(step.kernel, &friction, pairs, &fields, into);
         near.ghosts.refresh(step.domain, &mut self.stress);
         let moments = (&self.stress[..], &self.inverse[..]);
         exchange::add_stress(pairs, (&particles.kind, &bulk), moments, &mut self.received);

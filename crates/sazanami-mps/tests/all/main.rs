@@ -11,6 +11,7 @@ mod forces;
 mod gates;
 mod grains;
 mod support;
+mod walls;
 
 #[global_allocator]
 static ALLOCATOR: sazanami_test_support::CountingAllocator = sazanami_test_support::CountingAllocator;

@@ -36,6 +36,7 @@ pub(crate) fn wet_interactions(case: &Case) -> Interactions {
         viscosity: case.fluid.liquid.viscosity,
         roughness,
         reach: case.dem.film_reach,
+        farthest: case.film_farthest(),
     });
     interactions(case).with_film(film).with_bridge(bridge(case))
 }
@@ -94,7 +95,7 @@ pub fn setup(case: &Case, shapes: &[Shape]) -> Setup {
     let upper = Vector::from_array(std::array::from_fn(|d| case.domain.upper[d] + room(d, 1)));
     Setup {
         bodies: shapes.iter().map(Body::from).collect(),
-        interactions: interactions(case).with_bridge(bridge(case)),
+        interactions: wet_interactions(case),
         walls: walls(case),
         region: [lower, upper],
         ghost_margin: MARGIN_CELLS * case.domain.spacing().max_element(),

@@ -4,7 +4,7 @@ use sazanami_numerics::geometry::Region;
 use sazanami_numerics::{Real, Vector};
 
 use super::number;
-use super::particles::volume_within;
+use super::volumes::volume_within;
 use crate::amounts;
 use crate::assembly::fluid::origin_of;
 use crate::case::meaning::{Case, LiquidRegion, Placement};

@@ -5,11 +5,12 @@ use sazanami_numerics::{Real, Vector};
 use serde::Serialize;
 
 use super::bed_flow::{BedReport, bed_flow};
+use super::volumes::volume_within;
 use super::waves::{TankReport, is_wall, tank};
-use super::{CostModel, PACKED_SPHERES};
+use super::{CostModel, PACKED_SPHERES, overlapping};
 use crate::assembly::particles;
 use crate::case::meaning::{
-    Case, FluidName, GrainPlacement, LiquidRegion, Particles, Placement, Population, Preparation, Region, Solver,
+    Case, FluidName, GrainPlacement, LiquidRegion, Particles, Placement, Population, Preparation, Solver,
 };
 
 /// Memory of a bin, with its part of the coarse pressure equation \[bytes].
@@ -49,15 +50,10 @@ pub(super) fn report(case: &Case) -> Option<ParticlesReport> {
 
 /// Fluid particles: what the liquids hold between the grains.
 fn fluid(case: &Case, particles: &Particles) -> usize {
-    let box_ = case.domain.extent();
-    let liquid: Real = case
-        .liquids
-        .iter()
-        .map(|liquid| {
-            let volume = volume_within(case, liquid).unwrap_or(box_.x * box_.y * box_.z);
-            if liquid.fluid == FluidName::Liquid { volume } else { -volume }
-        })
-        .sum();
+    let box_ = case.domain.extent().element_product();
+    let left = case.liquids.iter().zip(overlapping::taken(case));
+    let liquids = left.filter(|(liquid, _)| liquid.fluid == FluidName::Liquid);
+    let liquid: Real = liquids.map(|(liquid, taken)| volume_within(case, liquid).unwrap_or(box_) * (1.0 - taken)).sum();
     ((liquid - solid(case)).max(0.0) / particles.spacing.powi(3)).round() as usize
 }
 
@@ -78,22 +74,6 @@ pub(crate) fn levelled(case: &Case, population: &Population) -> Option<usize> {
     let extent = case.domain.extent();
     let solid = PACKED_SPHERES * extent.x * extent.y * (how.level? - size).max(0.0);
     Some(((solid / volume).round() as usize).min(population.count.unwrap_or(usize::MAX)))
-}
-
-/// Volume of a liquid within the box [m^3], where it has a formula.
-pub(super) fn volume_within(case: &Case, liquid: &LiquidRegion) -> Option<Real> {
-    let Placement::Absolute(position) = liquid.placement else { return liquid.region.volume() };
-    let (lower, upper) = (case.domain.lower, case.domain.upper);
-    let between = |low: Vector, high: Vector| (high.min(upper) - low.max(lower)).max(Vector::ZERO).element_product();
-    match liquid.region.moved(position) {
-        Region::Box { lower, upper } => Some(between(lower, upper)),
-        region @ Region::HalfSpace { .. } => {
-            let [low, high] = region.heights();
-            let is_level = low.is_finite() != high.is_finite();
-            is_level.then(|| between(lower.with_z(low), upper.with_z(high)))
-        }
-        region => region.volume(),
-    }
 }
 
 /// Volume of a liquid within the box [m^3]; among moving particles without its share of the grains that lie in it.

@@ -121,7 +121,8 @@ fn warn_of_waves(loaded: &LoadedCase, report: &mut Diagnostics) {
             format!("by linear theory the water falls there by {} times its depth", number(tank.end_elevation, 2)),
         );
     }
-    if let Some(particles) = case.particles.as_ref().filter(|particles| tank.stokes_layer_m < particles.spacing) {
+    let particles = case.particles.as_ref().filter(|_| !case.grains.is_empty());
+    if let Some(particles) = particles.filter(|particles| tank.stokes_layer_m < particles.spacing) {
         warn(
             "the boundary layer on the bed is thinner than a particle",
             format!(

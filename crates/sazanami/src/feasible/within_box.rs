@@ -22,7 +22,30 @@ impl std::fmt::Display for Outside {
     }
 }
 
+/// Part of its size by which a grain may overlap a gate: round-off.
+const TOUCH: Real = 1e-9;
+
 impl Search<'_> {
+    /// No grain that the case puts may stand in a gate.
+    pub(super) fn clear_of_gates(&mut self, placed: &[Placed]) {
+        let in_gate = |grain: &Placed| {
+            let spheres = self.spheres(grain);
+            let stands = |plate: &sazanami_mps::gates::Gate| {
+                spheres.iter().any(|&(x, radius)| plate.clearance(x) < (radius + grain.slack) * (1.0 - TOUCH))
+            };
+            self.case.gates.iter().find(|gate| stands(&gate.plate())).map(|gate| gate.name.clone())
+        };
+        let found: Vec<(Placed, String)> =
+            placed.iter().filter_map(|grain| Some((*grain, in_gate(grain)?))).take(MOST_ALIKE).collect();
+        for (grain, gate) in found {
+            let (name, span) = self.name(&grain);
+            self.report
+                .error(span, format!("{name} stands in the gate `{gate}`"))
+                .label("a grain keeps half its size from the plate")
+                .help("move the grain or the gate");
+        }
+    }
+
     /// No grain may stick out of a wall.
     pub(super) fn within_box(&mut self, placed: &[Placed]) {
         let tolerance = 1e-9 * self.case.domain.extent().max_element();

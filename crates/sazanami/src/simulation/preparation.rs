@@ -187,7 +187,9 @@ fn make_ready(
 ) -> Result<bool, RankError> {
     let case = job.case;
     let how = &case.preparation;
-    let gravity = case.resting_gravity();
+    // Along periodic sides nothing bears water at rest: its fall begins with the run.
+    let periodic = case.periodic().map(|periodic| if periodic { 0.0 } else { 1.0 });
+    let gravity = case.resting_gravity() * Vector::from_array(periodic);
     let forcing = Forcing { body_force: gravity, ..Forcing::default() };
     let mut steps = 0;
     loop {

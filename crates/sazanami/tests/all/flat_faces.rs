@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use crate::support::{Left, On, Scratch, load, start};
+use crate::support::{Left, On, Scratch, Table, load, start};
 use sazanami::check::{CostModel, Known, SubstepCause, check, explain};
 use sazanami::error::exit;
 use sazanami::machine::Machine;
@@ -11,6 +11,52 @@ use sazanami_numerics::Real;
 
 /// A brick of 51 g half a millimetre above the floor of a box of air.
 const BRICK: &str = include_str!("../cases/flat-faces-brick.toml");
+
+/// A block on a fixed plate under water: once it lies still, what its contacts exchange is next to nothing.
+const UNDER_WATER: &str = r#"
+gravity = "9.81 m/s^2"
+[domain]
+size = ["30 mm", "20 mm", "30 mm"]
+cells = [15, 10, 15]
+[boundary]
+all = "slip"
+
+[[liquid]]
+region.half_space = { point = ["0 m","0 m","10 m"] }
+allow_touching_grains = true
+
+[material.m]
+density = "2000 kg/m^3"
+[contact.default]
+normal_stiffness = "1e4 N/m"
+restitution = 0.5
+friction = 0.5
+[output]
+fields = { at = [] }
+figures = { at = [] }
+grains = { at = [] }
+series = { every = "1 ms" }
+
+[run]
+until = "50 ms"
+[[grains]]
+name = "plate"
+material = "m"
+shape.box = { size = ["30 mm", "20 mm", "6 mm"] }
+placement.list = [{ position = ["15.0 mm", "10 mm", "3 mm"] }]
+contact_spheres = "shell(400)"
+motion = "fixed"
+[[grains]]
+name = "a"
+material = "m"
+shape.box = { size = ["10 mm", "10 mm", "6 mm"] }
+placement.list = [{ position = ["15 mm", "10 mm", "9.0 mm"] }]
+contact_spheres = "shell(200)"
+[[probe]]
+name = "a"
+body = { population = "a", index = 0 }
+every = "1 ms"
+"#;
 
 /// A heavy box a tenth of a millimetre above a floor.
 const HEAVY: [&str; 7] = [
@@ -69,6 +115,19 @@ fn a_brick_rests_whatever_its_spheres_and_their_damping() {
         let work = left.summary["corrections"]["contact_work"].as_f64().expect("the run books it");
         assert!((work / (1900.0 * 27e-6 * 9.81 * 0.5e-3) + 1.0).abs() < 0.02, "{work} J");
     }
+}
+
+#[test]
+fn a_block_that_comes_to_rest_on_a_plate_under_water_does_not_end_the_run() {
+    let scratch = Scratch::new("faces-water");
+    let left = ran(&scratch.join("run"), UNDER_WATER, &[]);
+    let probe = Table::read(&scratch.join("run").join("probes/a.csv"));
+    let last = |column: &str| *probe.column(column).last().expect("rows");
+    let weight = 2000.0 * 600e-9 * 9.81;
+    let borne = last("contact_force_3") + last("fluid_force_3");
+    assert!((borne / weight - 1.0).abs() < 0.02 && last("velocity_3").abs() < 1e-4, "{borne} of {weight}");
+    assert!(last("contact_force_3") > 0.3 * weight, "{}", last("contact_force_3"));
+    assert_eq!(left.column("time").len(), 51);
 }
 
 /// Negative control: sub-steps that suit one contact and not a hundred drive the box, and the run says so.

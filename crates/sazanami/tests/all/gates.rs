@@ -5,7 +5,10 @@ use std::path::Path;
 
 use crate::support::{Left, On, Scratch, go_on, load, start};
 use sazanami::case;
+use sazanami::check::CostModel;
 use sazanami::error::{CommandError, exit};
+use sazanami::feasible;
+use sazanami::machine::Machine;
 use sazanami_numerics::Real;
 
 /// A column of water behind a gate that rises from 2 ms on.
@@ -118,4 +121,16 @@ fn grains_in_a_gate_are_refused() {
     let case = load(&with_grain("10.4 mm", ""), &[]);
     let error = start(&case, &scratch.join("in"), On::threads(1)).expect_err("the grain is in the gate");
     assert!(error.to_string().contains("stands in the gate `lock`"), "{error}");
+    // `check` knows the places of grains that the case puts, one by one or on a lattice.
+    let foretold = |text: &str| {
+        let loaded = load(text, &[]);
+        feasible::check(&loaded, &Machine::this(), &CostModel::default()).err().map(|error| format!("{error:?}"))
+    };
+    let place = "placement.list = [{ position = [\"10.4 mm\", \"3 mm\", \"2 mm\"] }]";
+    let lattice = "placement.lattice = { lower = [\"6 mm\", \"1 mm\", \"1 mm\"], upper = [\"14 mm\", \"7 mm\", \"7 mm\"], counts = [5, 3, 3] }";
+    let listed = with_grain("10.4 mm", "");
+    for text in [&listed, &listed.replace(place, lattice)] {
+        assert!(foretold(text).is_some_and(|error| error.contains("stands in the gate")), "{text}");
+    }
+    assert_eq!(foretold(&with_grain("10.6 mm", "")), None);
 }

@@ -1,5 +1,5 @@
 //! Pictures at output times: the tank seen from the side with grains coloured by speed, drag and pressure force, and the
-//! water between them (as figure 3 of Tazaki et al.).
+//! water between them (as figure 3 of Tazaki et al.); of a tank without grains its water, coloured by speed and pressure.
 
 use std::fmt::Write as _;
 
@@ -23,6 +23,9 @@ const ARROWS: Real = 1e-3;
 const ABOVE: Real = 5e-3;
 /// Weight that stands for none \[N].
 const NO_WEIGHT: Real = 1e-12;
+/// Speed [m/s] and pressure \[Pa] that stand for none.
+const SLOW: Real = 1e-3;
+const NO_PRESSURE: Real = 1.0;
 /// Density that force ranges are found with where a case has no grains [kg/m^3].
 const SAND: Real = 2650.0;
 
@@ -67,6 +70,41 @@ fn rounded(value: Real, parts: Real) -> Real {
 /// The tank from the side: grains by speed, drag and pressure force, and the velocity of the water in a window.
 fn side_view(case: &Case, observer: &ParticleObserver, moment: &str) -> SideView {
     let (lower, upper) = (case.domain.lower, case.domain.upper);
+    let (discs, what, fastest) = if case.grains.is_empty() { of_water(observer) } else { of_grains(case, observer) };
+    let Discs { position, diameter, panels } = discs;
+    let water = observer.water.points_with_gaps().collect();
+    let middle = 0.5 * (lower + upper);
+    let half = (0.5 * SLAB * (upper.y - lower.y)).max(diameter.first().copied().unwrap_or_default());
+    // The water may stand above the open top of the box.
+    let top = observer.water.points().map(|[_, z]| z).fold(lower.z, Real::max) + ABOVE;
+    let x = [middle.x - 0.5 * WINDOW, middle.x + 0.5 * WINDOW];
+    let arrows = arrows(observer, &SectionWindow { x, z: [lower.z, top], plane: middle.y, spacing: ARROWS });
+    let share = (2e2 * half / (upper.y - lower.y)).min(100.0);
+    SideView {
+        title: format!("{}: {moment}", case.caption()),
+        note: format!("{what}: middle {share:.0} % of the width; water surface: mean over the whole width"),
+        x: [lower.x, upper.x],
+        z: [lower.z, top],
+        slab: [middle.y - half, middle.y + half],
+        position,
+        diameter,
+        panels,
+        water,
+        window: x,
+        arrows,
+        reference: 2.0 * fastest,
+    }
+}
+
+/// What is drawn as discs.
+struct Discs {
+    position: Vec<Vector>,
+    diameter: Vec<Real>,
+    panels: Vec<Colouring>,
+}
+
+/// Grains by speed, drag and pressure force, their name, and the speed of the last colour [m/s].
+fn of_grains(case: &Case, observer: &ParticleObserver) -> (Discs, &'static str, Real) {
     let grains = &observer.gathered.grains;
     let speed: Vec<Real> = grains.velocity.iter().map(|v| v.length()).collect();
     let along = |forces: &[Vector]| forces.iter().map(|force| force.x).collect::<Vec<Real>>();
@@ -78,28 +116,21 @@ fn side_view(case: &Case, observer: &ParticleObserver, moment: &str) -> SideView
         by_force("drag f_{d,x}", along(&grains.drag), part, weight),
         by_force("pressure force f_{p,x}", along(&grains.pressure_force), part, weight),
     ];
-    let water = observer.water.points_with_gaps().collect();
-    let middle = 0.5 * (lower + upper);
-    let half = (0.5 * SLAB * (upper.y - lower.y)).max(grains.diameter.first().copied().unwrap_or_default());
-    // The water may stand above the open top of the box.
-    let top = observer.water.points().map(|[_, z]| z).fold(lower.z, Real::max) + ABOVE;
-    let x = [middle.x - 0.5 * WINDOW, middle.x + 0.5 * WINDOW];
-    let arrows = arrows(observer, &SectionWindow { x, z: [lower.z, top], plane: middle.y, spacing: ARROWS });
-    let share = (2e2 * half / (upper.y - lower.y)).min(100.0);
-    SideView {
-        title: format!("{}: {moment}", case.caption()),
-        note: format!("grains: middle {share:.0} % of the width; water surface: mean over the whole width"),
-        x: [lower.x, upper.x],
-        z: [lower.z, top],
-        slab: [middle.y - half, middle.y + half],
-        position: grains.position.clone(),
-        diameter: grains.diameter.clone(),
-        panels,
-        water,
-        window: x,
-        arrows,
-        reference: 2.0 * fastest,
-    }
+    (Discs { position: grains.position.clone(), diameter: grains.diameter.clone(), panels }, "grains", fastest)
+}
+
+/// The particles of water of a tank without grains by speed and pressure, as [`of_grains`]; colours go to the largest values.
+fn of_water(observer: &ParticleObserver) -> (Discs, &'static str, Real) {
+    let water = &observer.gathered.water;
+    let speed: Vec<Real> = water.velocity.iter().map(|v| v.length()).collect();
+    let largest = |values: &[Real]| values.iter().fold(0.0, |most: Real, value| most.max(value.abs()));
+    let (fastest, pressure) = (largest(&speed).max(SLOW), largest(&water.pressure).max(NO_PRESSURE));
+    let panels = vec![
+        Colouring::Speed(speed, fastest),
+        Colouring::Signed(water.pressure.clone(), "pressure p [Pa]".to_owned(), pressure),
+    ];
+    let diameter = vec![observer.gathered.spacing; water.position.len()];
+    (Discs { position: water.position.clone(), diameter, panels }, "particles of water", fastest)
 }
 
 /// Colours for forces \[N] on grains up to `part` of their submerged `weight` \[N], with a label that says how many go beyond.

@@ -124,7 +124,10 @@ fn wrong_tanks_are_refused_with_a_reason() {
         (vec!["particles.radius=2.5".into()], "is below 2.6, the least of `projection = \"conjugate\"`"),
         (vec!["overlap.smoothing=1.05 mm".into()], "is below 2.1 spacings"),
         (vec!["overlap.reach=0.8".into()], "grains read the water within `overlap.smoothing`"),
-        (vec!["boundary.x1=slip".into()], "walls of moving particles have one kind of friction"),
+        (
+            vec!["preset=paper_literal".into(), "boundary.x1=slip".into()],
+            "walls of the published scheme have one kind of friction",
+        ),
         (
             vec!["boundary.x1_lower={ inflow = { velocity = [\"1 m/s\",\"0 m/s\",\"0 m/s\"] } }".into()],
             "cannot have the side",

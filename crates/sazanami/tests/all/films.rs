@@ -1,0 +1,119 @@
+//! Rebounds of a bead in a liquid on the grid, with the film that its cells do not resolve.
+
+use std::path::Path;
+
+use sazanami::case;
+use sazanami_numerics::Real;
+
+use crate::support::{Left, On, Scratch, Table, load, start};
+
+/// A bead of 6 cells above the floor; its radius is 3 mm.
+const BEAD: &str = r#"
+gravity = "9.81 m/s^2"
+[domain]
+size = ["18 mm", "18 mm", "18 mm"]
+cells = [18, 18, 18]
+[boundary]
+all = "no_slip"
+[fluid]
+liquid = { density = "1000 kg/m^3", kinematic_viscosity = "2e-5 m^2/s" }
+[[liquid]]
+region.half_space = { point = ["0 m", "0 m", "1 m"] }
+allow_touching_grains = true
+[material.g]
+density = "7800 kg/m^3"
+[contact.default]
+normal_stiffness = "1e3 N/m"
+restitution = 0.9
+friction = 0.0
+[dem]
+film_roughness = "0.3 um"
+[[grains]]
+name = "b"
+shape.sphere = { diameter = "6 mm" }
+material = "g"
+placement.list = [{ position = ["9 mm", "9 mm", "5 mm"], velocity = ["0 m/s", "0 m/s", "-0.4 m/s"] }]
+[[probe]]
+name = "b"
+body = { population = "b", index = 0 }
+every = "0.1 ms"
+[output]
+fields = { at = [] }
+figures = { at = [] }
+grains = { at = [] }
+series = { every = "1 ms" }
+[run]
+until = "15 ms"
+"#;
+
+fn ran(folder: &Path, overrides: &[&str], on: On) -> Left {
+    start(&load(BEAD, overrides), folder, on).unwrap_or_else(|error| panic!("{error}"));
+    Left::in_folder(folder)
+}
+
+/// Stokes number of the impact, and the speed at a fiftieth of a radius above the floor after it over 0.9 of that before.
+fn rebound(folder: &Path, density: Real, overrides: &[&str]) -> [Real; 2] {
+    let density_text = format!("material.g.density={density} kg/m^3");
+    ran(folder, &[&[density_text.as_str()], overrides].concat(), On::threads(2));
+    let probe = Table::read(&folder.join("probes/b.csv"));
+    let [height, speed] = ["position_3", "velocity_3"].map(|column| probe.column(column));
+    let gap: Vec<Real> = height.iter().map(|z| z - 3e-3).collect();
+    let hit = (0..gap.len()).min_by(|&a, &b| gap[a].total_cmp(&gap[b])).expect("rows");
+    let before = -speed[..=hit].iter().fold(0.0, |fastest: Real, v| fastest.min(*v));
+    let after = (hit..gap.len()).find(|&n| gap[n] > 6e-5 && speed[n] > 0.0).map_or(0.0, |n| speed[n]);
+    [density * 6e-3 * before / (9.0 * 0.02), after / (0.9 * before)]
+}
+
+/// Legendre et al. (2006), Chem. Eng. Sci. 61, 6681, through the measurements of Gondret et al. (2002), Phys. Fluids 14, 643, who
+/// saw none below a Stokes number of 20.
+#[test]
+fn a_bead_rebounds_as_measured() {
+    let scratch = Scratch::new("wet");
+    let fitted = |stokes: Real| if stokes < 20.0 { 0.0 } else { (-35.0 / stokes).exp() };
+    let slow = |speed: &str| format!("grains.0.placement.list.0.velocity=[\"0 m/s\", \"0 m/s\", \"-{speed} m/s\"]");
+    for (name, density, speed) in [("fast", 7800.0, "0.4"), ("middle", 7800.0, "0.25"), ("slow", 1200.0, "0.06")] {
+        let [stokes, found] = rebound(&scratch.join(name), density, &[&slow(speed), "run.until=25 ms"]);
+        assert!((found - fitted(stokes)).abs() < 0.1, "St {stokes}: {found}, {}", fitted(stokes));
+        assert!(found <= 1.0 && (name == "slow" || found > 0.4), "{name}: {found}");
+    }
+    // Control: without a film it rebounds too fast.
+    let rough = [&slow("0.25"), "run.until=25 ms", "dem.film_roughness=0.29 mm"];
+    let [stokes, found] = rebound(&scratch.join("none"), 7800.0, &rough);
+    assert!(found > fitted(stokes) + 0.15, "St {stokes}: {found}");
+}
+
+#[test]
+fn a_film_keeps_momentum_and_bits() {
+    let scratch = Scratch::new("wet-bits");
+    // Two beads that meet, one above the other.
+    let pair = [
+        "gravity=0 m/s^2",
+        "grains.0.placement.list=[{ position = [\"9 mm\", \"9 mm\", \"5.5 mm\"], velocity = [\"0 m/s\", \"0 m/s\", \"0.4 m/s\"] }, \
+         { position = [\"9 mm\", \"9 mm\", \"12.5 mm\"], velocity = [\"0 m/s\", \"0 m/s\", \"-0.1 m/s\"] }]",
+        "run.until=8 ms",
+    ];
+    let one = ran(&scratch.join("one"), &pair, On::threads(1));
+    let two = ran(&scratch.join("two"), &pair, On::threads(2));
+    assert_eq!((one.hash(), &one.series), (two.hash(), &two.series));
+    let energy = |left: &Left| *left.column("kinetic_energy_grains").last().expect("rows");
+    let ranks = ran(&scratch.join("ranks"), &pair, On::ranks(2, 1));
+    assert!((energy(&ranks) / energy(&one) - 1.0).abs() < 1e-6, "{} {}", energy(&ranks), energy(&one));
+    let residual = one.column("momentum_residual_relative");
+    assert!(residual.iter().all(|r| r.abs() < 1e-8), "{residual:?}");
+    // Control: the film acts between them.
+    let bare = [&pair[..], &["dem.film_roughness=0.29 mm"]].concat();
+    let without = ran(&scratch.join("bare"), &bare, On::threads(1));
+    assert!(energy(&one) < 0.95 * energy(&without), "{} {}", energy(&one), energy(&without));
+}
+
+#[test]
+fn films_that_cannot_be_on_a_grid_are_refused() {
+    for (change, words) in [
+        ("dem.film_roughness=0.5 mm", "on a grid it ends at half a cell"),
+        ("grains.0.shape={ box = { size = [\"6 mm\", \"6 mm\", \"6 mm\"] } }", "films are between spheres"),
+        ("grains.0.contact_spheres=shell(50)", "films are between spheres"),
+    ] {
+        let error = case::parse(Path::new("bead.toml"), BEAD, &[change.to_owned()]).expect_err("refused").to_string();
+        assert!(error.contains(words), "{change}: {error}");
+    }
+}
