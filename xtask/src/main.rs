@@ -19,7 +19,7 @@ cargo xtask test --mpi [openmpi|mpich]  the tests that run under `mpirun`, with 
 cargo xtask test --python [ARGS...]     the Python package, installed by pip (needs Python and a network); ARGS go to pytest
 cargo xtask tidy                        who may depend on whom, what the sources may name, whether generated files are fresh
 cargo xtask generate                    schema, reference pages, pages of verification/ and docs/results, docs/SUMMARY.md
-cargo xtask results [--keep] [RUN...]   makes runs behind the tables of results anew and compares, or lists them; --keep takes what they give
+cargo xtask results [--keep] [RUN...]   makes runs behind the tables of results anew and compares, or lists them; --keep takes what they give, `generate` next
 cargo xtask verify [ARGS...]            `sazanami verify`: cases with known results; with `--out verification`, `generate` next
 cargo xtask assets                      libraries that reports embed, by npm (needs a network); to change their versions
 cargo xtask book                        the book, by mdBook (`cargo install mdbook`)

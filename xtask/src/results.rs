@@ -35,7 +35,11 @@ impl Run {
         let entries = |key: &str| table.get(key).and_then(toml::Value::as_table).cloned().unwrap_or_default();
         let case = table.get("case").and_then(text).ok_or(format!("{name}/run.toml names no `case`"))?;
         let set = table.get("set").and_then(toml::Value::as_array).into_iter().flatten().filter_map(text).collect();
-        let within = entries("within").into_iter().filter_map(|(key, value)| Some((key, value.as_float()?))).collect();
+        let mut within = BTreeMap::new();
+        for (key, value) in entries("within") {
+            let part = value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64));
+            within.insert(key, part.ok_or(format!("{name}/run.toml: `within` has no number at `{value}`"))?);
+        }
         let pictures = entries("pictures").into_iter().filter_map(|(from, to)| Some((from, text(&to)?))).collect();
         Ok(Self { case, set, within, pictures })
     }
@@ -167,6 +171,10 @@ fn with_tables(text: &str, table: impl Fn(&str) -> Result<String, Problem>) -> R
 /// one differs from its summary by more than its `run.toml` says.
 pub fn run(arguments: &[String]) -> u8 {
     let keep = arguments.iter().any(|argument| argument == "--keep");
+    if let Some(unknown) = arguments.iter().find(|argument| argument.starts_with("--") && *argument != "--keep") {
+        eprintln!("error: there is no option `{unknown}`: `--keep` or none");
+        return 2;
+    }
     let names: Vec<&String> = arguments.iter().filter(|argument| !argument.starts_with("--")).collect();
     if names.is_empty() {
         return list();
@@ -201,15 +209,26 @@ fn list() -> u8 {
     0
 }
 
-/// Makes a run, or goes on with it, and compares it with its summary.
+/// Makes a run and compares it with its summary. One that was interrupted goes on if it was begun by this program for the same `run.toml` and
+/// case; all others begin anew.
 fn make(root: &Path, name: &str, keep: bool) -> Result<Vec<String>, Problem> {
     let run = Run::read(root, name)?;
     let out = root.join("target/results").join(name);
     let mut command = cargo();
     command.args(["run", "--release", "--quiet", "--package", "sazanami-cli", "--"]);
-    if out.join("case.toml").exists() {
+    let begun = root.join("target/results").join(format!("{name}.begun"));
+    let now = stamp(root, name, &run)?;
+    let is_mine = std::fs::read_to_string(&begun).is_ok_and(|text| text == now);
+    let has_ended = read_summary(&out).is_ok_and(|summary| summary["status"] == "finished");
+    if is_mine && !has_ended && out.join("case.toml").exists() {
         command.arg("resume").arg(&out);
     } else {
+        let fresh = || {
+            std::fs::create_dir_all(&out)
+                .and_then(|()| std::fs::remove_dir_all(&out))
+                .and_then(|()| std::fs::write(&begun, &now))
+        };
+        fresh().map_err(|error| format!("{}: {error}", out.display()))?;
         command.args(["run", &run.case, "--out"]).arg(&out);
         for set in &run.set {
             command.args(["--set", set]);
@@ -221,7 +240,11 @@ fn make(root: &Path, name: &str, keep: bool) -> Result<Vec<String>, Problem> {
     }
     let (folder, found) = (root.join(RUNS).join(name), read_summary(&out)?);
     let mut lines = Vec::new();
-    if let Ok(kept) = read_summary(&folder) {
+    if !keep {
+        let kept = read_summary(&folder)?;
+        if run.within.is_empty() {
+            return Err(format!("{name}/run.toml has no `within`: nothing is compared"));
+        }
         for (path, &within) in &run.within {
             let (now, before) = (number(&found, path)?, number(&kept, path)?);
             let difference = (now - before).abs() / before.abs();
@@ -239,6 +262,17 @@ fn make(root: &Path, name: &str, keep: bool) -> Result<Vec<String>, Problem> {
         }
     }
     Ok(lines)
+}
+
+/// What a run hangs on: the state of the repository with its changes, and the text of its case and of its `run.toml`.
+fn stamp(root: &Path, name: &str, run: &Run) -> Result<String, Problem> {
+    let git = |arguments: &[&str]| {
+        let out = std::process::Command::new("git").args(arguments).current_dir(root).output();
+        out.map(|out| String::from_utf8_lossy(&out.stdout).into_owned()).map_err(|error| format!("git: {error}"))
+    };
+    let text = |path: PathBuf| std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()));
+    let described = text(root.join(RUNS).join(name).join("run.toml"))? + &text(root.join(&run.case))?;
+    Ok(git(&["rev-parse", "HEAD"])? + &git(&["diff", "HEAD", "--", "crates", "Cargo.lock"])? + &described)
 }
 
 /// The last of the pictures whose paths below `out` begin with `start`.
@@ -278,6 +312,7 @@ mod tests {
         let root = root();
         for (path, text) in pages(&root).unwrap() {
             assert!(text.contains(BEGIN), "{path} has no table");
+            assert_eq!(text, std::fs::read_to_string(root.join(&path)).unwrap(), "{path}");
         }
     }
 }

@@ -226,8 +226,8 @@ mod tests {
         let text = CASE.replace("[[liquid]]", &format!("{all}{probe}[[liquid]]"));
         let found = changed(&parse(Path::new("a.toml"), &text, &[]).unwrap());
         let default = |path: &str| found.iter().find(|key| key.path == path).map(|key| key.default.clone());
-        assert_eq!(default("grains.15.material"), Some(DefaultValue::Required));
-        assert_eq!(default("grains.16.material"), None);
+        assert_eq!(default("grains.15.shape.sphere.diameter"), Some(DefaultValue::Required));
+        assert_eq!(default("grains.16.shape.sphere.diameter"), None);
         assert!(default("probe.0.body.population").is_some(), "{found:#?}");
     }
 }

@@ -179,7 +179,7 @@ fn parameters_of_another_drag_law_bring_a_warning() {
 }
 
 #[test]
-fn films_are_for_moving_particles_and_end_above_the_roughness() {
+fn films_are_for_spheres_and_end_above_the_roughness() {
     let base = BASE.replace("[erosion]\n", "");
     let with = |changes: &[&str]| findings_of(&base, &[&["solver=mps", "particles.spacing=0.5 mm"], changes].concat());
     assert!(with(&["dem.film_roughness=1 um"]).is_empty(), "{:?}", with(&["dem.film_roughness=1 um"]));
@@ -189,7 +189,8 @@ fn films_are_for_moving_particles_and_end_above_the_roughness() {
         with(&["dem.film_roughness=20 um"]).is_empty()
             && with(&["dem.film_roughness=30 um", "dem.film_reach=0.2"]).is_empty()
     );
-    refused("dem.film_roughness=1 um", "a film between grains is for `solver = \"mps\"`");
+    assert!(findings(&["dem.film_roughness=1 um"]).is_empty(), "{:?}", findings(&["dem.film_roughness=1 um"]));
+    refused("dem.film_roughness=1 mm", "the film ends within the roughness");
     let found = with(&["dem.film_roughness=1 um", "dem.film_reach=2"]);
     assert!(found.len() == 1 && found[0].contains("`film_reach` has to lie between"), "{found:?}");
     let found = with(&["dem.film_roughness=0 m"]);

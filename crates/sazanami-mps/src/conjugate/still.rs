@@ -66,7 +66,11 @@ impl Still {
         let [sum, number] = step
             .domain
             .sum(sum_of(owned, |a| if exact[a] { [old[a] - force.dot(position[a]), 1.0] } else { [0.0; 2] }));
-        let level = sum / number.max(1.0);
+        self.splits = number > 0.0;
+        if !self.splits {
+            return;
+        }
+        let level = sum / number;
         let at = |a: usize| if kind[a] == Kind::Fluid { level + force.dot(position[a]) } else { 0.0 };
         set_column(&mut self.pressure, kind.len(), at);
         ghosts.refresh(step.domain, &mut self.pressure);

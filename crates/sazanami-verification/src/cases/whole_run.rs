@@ -29,7 +29,10 @@ impl WholeRun {
     /// # Errors
     /// If there is no such table or column, or a cell holds what is no finite number.
     pub fn columns<const N: usize>(&self, table: &str, names: [&str; N]) -> Result<[Vec<Real>; N], String> {
-        let (table, layer) = table.split_once(' ').map_or((table, None), |(table, layer)| (table, Some(layer)));
+        let (table, layer) = match table.split_once(".csv ") {
+            Some((_, layer)) => (&table[..table.len() - layer.len() - 1], Some(layer)),
+            None => (table, None),
+        };
         let path = self.folder.join(table);
         let table = Table::read(&path).map_err(|error| error.to_string())?;
         let table = table.ok_or_else(|| format!("there is no table {}", path.display()))?;
