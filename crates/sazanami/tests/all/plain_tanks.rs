@@ -126,7 +126,10 @@ fn outputs_after_the_end_of_the_run_are_said() {
 #[test]
 fn water_between_held_grains_without_a_floor_is_prepared_at_rest_and_then_falls() {
     let scratch = Scratch::new("no-floor");
-    let text = TANK.replace("[preparation]\ncache = false\n", GRAINS).replace("all = \"slip\"", "all = \"periodic\"");
+    // The water has to rest at the end of the preparation: one that falls in it is refused.
+    let text = TANK
+        .replace("[preparation]\ncache = false\n", &GRAINS.replace("must_rest = false\n", ""))
+        .replace("all = \"slip\"", "all = \"periodic\"");
     let full = [
         "domain.size=[\"16 mm\",\"8 mm\",\"10 mm\"]",
         "liquid.0.region.box.upper=[\"16 mm\",\"8 mm\",\"10 mm\"]",
