@@ -27,7 +27,7 @@ const REMOVED: &[(&str, Option<&str>, &str)] = &[
     ("coupling.torque_arm", None, "a force acts at the centroid of the covered part of its cell; leave the key out"),
     ("coupling.weighting", None, "grain and fluid in a shared cell count by their mass; leave the key out"),
     ("dem.multiplicity", None, "all spheres of a pair that touch act in full; leave the key out"),
-    ("fluid.limiter", Some("minmod"), "choose `van_leer`"),
+    ("fluid.limiter", None, "velocities on faces are of third order, without a limiter; leave the key out"),
     ("fluid.vof", Some("thinc_sw"), "choose `plic` or `thinc_wlic`"),
     ("overlap.density_reference", None, "phi is 1 for touching spheres on a simple cubic lattice; leave the key out"),
     ("overlap.pressure_force", None, "grains feel the pressure of the same step; leave the key out"),

@@ -79,13 +79,13 @@ fn keys_and_words_of_earlier_versions_are_refused_with_what_took_their_place() {
     assert!(matches!(explain("overlap.sphere_drag"), Explained::Text(text) if text.contains("di_felice")));
     refused("coupling.friction=distance", "`friction` is no longer a key");
     refused("coupling.alpha=subcell(4)", "`subcell` is no longer a choice");
-    refused("fluid.limiter=minmod", "`minmod` is no longer a choice");
+    refused("fluid.vof=thinc_sw", "`thinc_sw` is no longer a choice");
     refused("particles={ spacing = \"1 mm\", weight = \"c2\" }", "`weight` is no longer a key | the weight is");
     let stabilised = "particles={ spacing = \"1 mm\", projection = \"enhanced\", stabilisation = \"off\" }";
     refused(stabilised, "`stabilisation` is no longer a key | `projection = \"enhanced\"` is stabilised as published");
     // Controls: a key and a word that never were.
     refused("overlap.sphere_dragg=dalla_valle", "unknown key `sphere_dragg`");
-    refused("fluid.limiter=minmodd", "`minmodd` is not a choice for `limiter`");
+    refused("fluid.vof=thinc_swd", "`thinc_swd` is not a choice for `vof`");
 }
 
 #[test]

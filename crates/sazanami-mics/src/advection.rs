@@ -10,7 +10,7 @@
 //! q_i <- q_i - (M_+ u_i,+ - M_- u_i,-) + rho(c_c) u_i^n (c_+ - c_-)   with u_i = q_i / rho after
 //! ```
 //!
-//! (Rudman 1998; Pal, Fuster and Zaleski 2021). `u_i,+-` is the donor's value with a limited slope;
+//! (Rudman 1998; Pal, Fuster and Zaleski 2021). `u_i,+-` is the donor's value with a slope of third order;
 //! it has no slope at the interface. `u^n` and `c_c` are those before the first sweep. The momentum
 //! is updated by differences of velocities, which is the same and keeps a uniform velocity exactly.
 
@@ -24,9 +24,8 @@ use sazanami_parallel::for_each_chunk;
 
 use crate::boundary::{Boundary, Opening};
 use crate::interface::{InterfaceScheme, RESIDUE, Wetting};
-pub use crate::limiter::Limiter;
-use crate::limiter::{Slope, Unlimited, VanLeer};
 use crate::outside::place_on_side;
+use crate::slopes::{Slope, ThirdOrder, VanLeer};
 
 choices! {
     /// Convection of momentum.
@@ -134,10 +133,10 @@ impl<'a> Sweep<'a> {
     }
 
     /// Transports `from` into `to`; two ghost layers of `from` must be filled.
-    pub fn run(&self, limiter: Limiter, from: State<'_>, frozen: Frozen<'_>, to: StateMut<'_>) {
-        match limiter {
-            Limiter::VanLeer => self.run_with(VanLeer, from, frozen, to),
-            Limiter::Unlimited => self.run_with(Unlimited, from, frozen, to),
+    pub fn run(&self, from: State<'_>, frozen: Frozen<'_>, to: StateMut<'_>) {
+        match self.convection {
+            Convection::VelocityForm => self.run_with(VanLeer, from, frozen, to),
+            Convection::Consistent | Convection::Off => self.run_with(ThirdOrder, from, frozen, to),
         }
     }
 
@@ -224,7 +223,7 @@ impl<'a> Sweep<'a> {
     }
 
     /// Liquid [cells] and momentum [kg/m^3 m/s cells] that enter through `side` of the box.
-    pub fn entered(&self, limiter: Limiter, from: State<'_>, side: usize, density: [Real; 2]) -> [Real; 4] {
+    pub fn entered(&self, from: State<'_>, side: usize, density: [Real; 2]) -> [Real; 4] {
         if self.openings[side].is_none() {
             return [0.0; 4];
         }
@@ -236,9 +235,9 @@ impl<'a> Sweep<'a> {
                 scratch.reserve(BLOCK + 1, self.domain.cells()[0] + 1);
                 let Scratch { rows, cells: [weight, ..] } = scratch;
                 let faces = &mut rows[0];
-                match limiter {
-                    Limiter::VanLeer => self.fluxes(VanLeer, from, row.start, row.len, faces, weight),
-                    Limiter::Unlimited => self.fluxes(Unlimited, from, row.start, row.len, faces, weight),
+                match self.convection {
+                    Convection::VelocityForm => self.fluxes(VanLeer, from, row.start, row.len, faces, weight),
+                    _ => self.fluxes(ThirdOrder, from, row.start, row.len, faces, weight),
                 }
                 self.open(side, [row.j, row.k].map(|n| n as usize), 0..row.len, faces);
                 let inward = if side == 0 { 1.0 } else { -1.0 };
@@ -304,7 +303,7 @@ fn face_values(
         let behind = if forward { u_ll[i] } else { u_rr[i] };
         let donor = if forward { u_l[i] } else { u_r[i] };
         let ahead = if forward { u_r[i] } else { u_l[i] };
-        value[i] = donor + weight[i] * slope.slope(donor - behind, ahead - donor);
+        value[i] = donor + slope.gain(weight[i], donor - behind, ahead - donor);
     }
 }
 

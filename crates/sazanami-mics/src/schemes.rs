@@ -2,7 +2,7 @@
 
 use sazanami_numerics::choices;
 
-use crate::advection::{Convection, Dilatation, Limiter};
+use crate::advection::{Convection, Dilatation};
 use crate::interface::InterfaceScheme;
 
 /// Numerical schemes of the fluid phase; the default is recommended.
@@ -12,8 +12,6 @@ pub struct Schemes {
     pub interface: InterfaceScheme,
     /// Convection of momentum.
     pub convection: Convection,
-    /// Slope limiter of the velocity.
-    pub limiter: Limiter,
     /// Time integration of the viscous stress.
     pub viscosity: ViscosityScheme,
     /// Dilatation term of the sweeps.

@@ -119,19 +119,19 @@ impl Flow {
             };
             let frozen_in = |kept| if schemes.dilatation == Dilatation::Frozen { kept } else { Frozen::Read };
             let from = [&now, &a, &b][number].read();
-            let entered = [0, 1].map(|side| sweep.entered(schemes.limiter, from, side, mass_density));
+            let entered = [0, 1].map(|side| sweep.entered(from, side, mass_density));
             report.add_inflow(domain, direction, entered);
             let moved = match number {
                 0 => {
-                    sweep.run(schemes.limiter, now.read(), Frozen::Read, a.write());
+                    sweep.run(now.read(), Frozen::Read, a.write());
                     &mut a
                 }
                 1 => {
-                    sweep.run(schemes.limiter, a.read(), frozen_in(Frozen::Kept(now.read())), b.write());
+                    sweep.run(a.read(), frozen_in(Frozen::Kept(now.read())), b.write());
                     &mut b
                 }
                 _ => {
-                    sweep.run(schemes.limiter, b.read(), frozen_in(Frozen::Overwritten), now.write());
+                    sweep.run(b.read(), frozen_in(Frozen::Overwritten), now.write());
                     &mut now
                 }
             };

@@ -1,7 +1,7 @@
 //! `[fluid]`: liquid, gas and how they are computed.
 
 use sazanami_case_derive::Keys;
-use sazanami_mics::advection::{Convection, Limiter};
+use sazanami_mics::advection::Convection;
 use sazanami_mics::interface::InterfaceScheme;
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::stability::StepLimits;
@@ -176,9 +176,6 @@ pub struct FluidOptions {
     #[key(word, default, paper_literal = (Yagyu, Convection::VelocityForm,
           "eq. (3) is written for the velocity, not for momentum"))]
     pub convection: Convection,
-    /// Limiter of the slopes in the convection.
-    #[key(word, default)]
-    pub limiter: Limiter,
     /// Projection onto divergence-free velocities.
     #[key(word, default = PressureForm::Full, paper_literal = (Yagyu, PressureForm::Incremental,
           "C-ISMAC, the authors' solver, advances the pressure's increment"))]
@@ -229,11 +226,6 @@ fn suited_to(projection: PressureForm) -> ViscosityScheme {
 
 impl FluidOptions {
     fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
-        if self.convection == Convection::VelocityForm && self.limiter == Limiter::Unlimited {
-            cx.report
-                .warning(Some(table.place("limiter")), "velocity form without a limiter oscillates at interfaces")
-                .label("meant for smooth flow only");
-        }
         if self.gas.density > self.liquid.density {
             cx.report
                 .error(table.span(), "the gas is heavier than the liquid")

@@ -45,7 +45,6 @@ pub fn flow(case: &Case, domain: &Domain) -> Flow {
         interface: options.vof,
         // The velocity of a carrying flow is given.
         convection: if options.carrying_flow.is_some() { Convection::Off } else { options.convection },
-        limiter: options.limiter,
         viscosity: options.viscosity,
         carrier: match options.projection {
             PressureForm::Full => Carrier::Start,
