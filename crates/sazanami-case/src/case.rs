@@ -284,7 +284,8 @@ impl Case {
         let pulled = |d: usize| velocity[d] != 0.0 || self.resting_gravity()[d] != 0.0;
         let held = [0, 1, 2].map(|d| if periodic[d] { everywhere || pulled(d) } else { velocity[d] != 0.0 });
         let net = everywhere || (self.solver == Solver::Mics && acts_by == ActsBy::Volume);
-        Some(MeanFlowSettings { velocity, held, net, above, area: extent.x * extent.y, answer, rise, acts_by })
+        let beside = self.resting_gravity() + drive.acceleration;
+        Some(MeanFlowSettings { velocity, held, net, above, area: extent.x * extent.y, answer, rise, acts_by, beside })
     }
 
     /// The periodic directions.
