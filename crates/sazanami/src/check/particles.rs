@@ -58,7 +58,7 @@ fn fluid(case: &Case, particles: &Particles) -> usize {
 }
 
 /// Volume of the grains, after a bed was levelled [m^3].
-fn solid(case: &Case) -> Real {
+pub(super) fn solid(case: &Case) -> Real {
     let of_population = |population: &Population| {
         let count = levelled(case, population).or(population.count).unwrap_or_default();
         count as Real * population.shape.volume().unwrap_or_default() * population.size.mean_cube()
