@@ -3,8 +3,7 @@
 use sazanami_numerics::geometry::Region;
 use sazanami_numerics::{Real, Vector};
 
-use super::particles::solid;
-use super::volumes::volume_within;
+use super::volumes::{solid, volume_within};
 use super::{PACKED_SPHERES, number};
 use crate::amounts;
 use crate::assembly::fluid::origin_of;
