@@ -6,6 +6,7 @@ use sazanami_case_derive::Keys;
 use sazanami_dem::ContactLaw;
 use sazanami_io::MeasuredProfile;
 use sazanami_io::readings::ReadingsError;
+use sazanami_mics::boundary::FluidName;
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
 use sazanami_numerics::mean_flow::{ActsBy, MeanFlowSettings};
 use sazanami_numerics::{Real, Vector};
@@ -15,9 +16,9 @@ use crate::key::{KeyDoc, ValueDoc};
 use crate::presets::{Preset, Solver};
 use crate::read::{At, Context, Table};
 use crate::tables::{
-    Bed, BoundarySide, BoxDomain, Checkpoints, Contacts, Coupling, DemOptions, Drive, Erosion, FluidOptions, Frame,
-    Gate, GrainPlacement, HeapObserved, LiquidRegion, Material, Materials, OutputFrame, Outputs, Overlap, Particles,
-    Population, Preparation, Probe, Ripples, RunLength, Sides, WallMotion, check_names,
+    Bed, BoundarySide, BoxDomain, Checkpoints, Contacts, Coupling, DemOptions, Drive, Erosion, FilmRoughness,
+    FluidOptions, Frame, Gate, GrainPlacement, HeapObserved, LiquidRegion, Material, Materials, OutputFrame, Outputs,
+    Overlap, Particles, Population, Preparation, Probe, Ripples, RunLength, Sides, WallMotion, check_names,
 };
 use crate::value::{Range1, Value};
 use crate::write::{Paths, Written};
@@ -25,6 +26,14 @@ use crate::{cross_checks, moving_particles};
 
 /// Largest gap of a film in cells: at wider ones the cells have the lubrication.
 const FILM_CELLS: Real = 0.5;
+
+/// Roughness of grains that say nothing \[m]: beads of glass, steel and plastic of Joseph et al. (2001), J. Fluid Mech. 433, 329, have
+/// some 0.02 to 1 um.
+const ROUGHNESS: Real = 0.3e-6;
+/// The smallest over the radius, that of polished beads.
+const SMOOTHEST: Real = 1e-4;
+/// The largest over the radius: Smart & Leighton (1989), Phys. Fluids A 1, 52, found 1e-3 to 1e-2 on spheres of 50 um.
+const ROUGHEST: Real = 1e-2;
 
 // Fields stand in the order in which they are read: what a default depends on comes before.
 /// A sazanami case: grains under moving water. Every number with a dimension is a text with its unit.
@@ -284,7 +293,8 @@ impl Case {
         let pulled = |d: usize| velocity[d] != 0.0 || self.resting_gravity()[d] != 0.0;
         let held = [0, 1, 2].map(|d| if periodic[d] { everywhere || pulled(d) } else { velocity[d] != 0.0 });
         let net = everywhere || (self.solver == Solver::Mics && acts_by == ActsBy::Volume);
-        Some(MeanFlowSettings { velocity, held, net, above, area: extent.x * extent.y, answer, rise, acts_by })
+        let beside = self.resting_gravity() + drive.acceleration;
+        Some(MeanFlowSettings { velocity, held, net, above, area: extent.x * extent.y, answer, rise, acts_by, beside })
     }
 
     /// The periodic directions.
@@ -394,6 +404,44 @@ impl Case {
         self.grains
             .iter()
             .any(|population| matches!(population.placement, GrainPlacement::Packed(_) | GrainPlacement::Bed(_)))
+    }
+
+    /// Roughness down to which films between grains act \[m]; `None`: no film.
+    #[must_use]
+    pub fn film_roughness(&self) -> Option<Real> {
+        match self.dem.film_roughness {
+            FilmRoughness::None => None,
+            FilmRoughness::Height(height) => Some(height),
+            FilmRoughness::Auto => {
+                let balls = self.grains.iter().all(Population::is_of_balls);
+                let moves = self.grains.iter().any(Population::has_free_grains);
+                let wet = self.fluid.liquid.viscosity > 0.0 && self.has_liquid();
+                if self.solver != Solver::Mics || !(balls && moves && wet) {
+                    return None;
+                }
+                let smallest = self.smallest_radius();
+                let roughness = ROUGHNESS.clamp(SMOOTHEST * smallest, ROUGHEST * smallest);
+                (roughness < (self.dem.film_reach * smallest).min(self.film_farthest())).then_some(roughness)
+            }
+        }
+    }
+
+    /// Whether there is liquid at the start, or some enters or may come in.
+    #[must_use]
+    pub fn has_liquid(&self) -> bool {
+        let brings = |side: &BoundarySide| match side {
+            BoundarySide::Inflow { fluid, .. } | BoundarySide::FixedPressure { fluid, .. } => {
+                *fluid == FluidName::Liquid
+            }
+            _ => false,
+        };
+        !self.liquids.is_empty() || self.boundary.iter().flatten().any(brings)
+    }
+
+    /// Radius of the smallest grain that a population may have; infinite without grains \[m].
+    pub(crate) fn smallest_radius(&self) -> Real {
+        let of = |p: &Population| p.shape.size().map(|diameter| 0.5 * diameter * p.size.smallest());
+        self.grains.iter().filter_map(of).fold(Real::INFINITY, Real::min)
     }
 
     /// Largest gap of a film between grains \[m]: on a grid half a cell, from which on the cells have the lubrication.

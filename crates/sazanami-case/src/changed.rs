@@ -46,12 +46,28 @@ pub const MOST_TRIED: usize = 16;
 /// of the first [`MOST_TRIED`] elements.
 #[must_use]
 pub fn changed(loaded: &LoadedCase) -> Vec<Changed> {
-    let Some((case, tree)) = shortened(loaded) else { return Vec::new() };
+    let Ok(whole) = resolved::write(&loaded.case, Paths::AsGiven).parse::<Table>() else { return Vec::new() };
+    let of_whole = |path: &Vec<String>| tried(&loaded.path, &loaded.case, &whole, path);
+    let short = shortened(loaded, &whole);
     let mut paths = Vec::new();
-    leaves(&tree, &mut Vec::new(), &mut paths);
+    leaves(short.as_ref().map_or(&whole, |(_, tree)| tree), &mut Vec::new(), &mut paths);
     let is_tried = |path: &[String]| path.get(1).and_then(|n| n.parse().ok()).is_none_or(|n: usize| n < MOST_TRIED);
     paths.retain(|path| !NAMES.contains(&path[0].as_str()) && is_tried(path));
-    paths.iter().filter_map(|path| tried(&loaded.path, &case, &tree, path)).collect()
+    let Some((case, tree)) = short else { return paths.iter().filter_map(of_whole).collect() };
+    // Keys of the long lists stand for themselves. Defaults of others may depend on elements that were left out: those that the
+    // shortened case has as defaults are left out of the whole one at once, the rest one by one.
+    let of_list = |path: &[String]| tables_of(&whole[&path[0]]).is_some_and(|list| list.len() > MOST_TRIED);
+    let found: Vec<Option<Changed>> = paths.iter().map(|path| tried(&loaded.path, &case, &tree, path)).collect();
+    let mut without = whole.clone();
+    let defaults = paths.iter().zip(&found).filter(|(path, found)| found.is_none() && !of_list(path));
+    defaults.for_each(|(path, _)| remove(&mut without, path));
+    let confirmed = parse(&loaded.path, &without.to_string(), &[]).is_ok_and(|other| other.case == loaded.case);
+    let judged = paths.iter().zip(found).map(|(path, found)| match found {
+        found if of_list(path) => found,
+        None if confirmed => None,
+        _ => of_whole(path),
+    });
+    judged.flatten().collect()
 }
 
 /// Lists of tables that are longer than what is tried of them, with their lengths.
@@ -67,21 +83,16 @@ fn tables_of(value: &Value) -> Option<&Vec<Value>> {
     value.as_array().filter(|list| list.iter().any(Value::is_table))
 }
 
-/// A case and its copy without the elements of long lists that are not tried, or with them where others need them.
-fn shortened(loaded: &LoadedCase) -> Option<(Case, Table)> {
-    let whole = resolved::write(&loaded.case, Paths::AsGiven).parse::<Table>().ok()?;
+/// The case, of this copy, without the elements of long lists that are not tried; `None` where there are none or others need them.
+fn shortened(loaded: &LoadedCase, whole: &Table) -> Option<(Case, Table)> {
     let mut short = whole.clone();
     for (_, value) in &mut short {
         if tables_of(value).is_some() {
             value.as_array_mut()?.truncate(MOST_TRIED);
         }
     }
-    if short != whole
-        && let Ok(case) = parse(&loaded.path, &short.to_string(), &[])
-    {
-        return Some((case.case, short));
-    }
-    Some((loaded.case.clone(), whole))
+    let case = (short != *whole).then(|| parse(&loaded.path, &short.to_string(), &[]).ok())??;
+    Some((case.case, short))
 }
 
 /// Values of all keys of a case by their paths, as in its copy.
@@ -229,5 +240,15 @@ mod tests {
         assert_eq!(default("grains.15.shape.sphere.diameter"), Some(DefaultValue::Required));
         assert_eq!(default("grains.16.shape.sphere.diameter"), None);
         assert!(default("probe.0.body.population").is_some(), "{found:#?}");
+        // A default that hangs on an element beyond those that are tried is that of the whole case.
+        let fine = "[[grains]]\nname = \"fine\"\nmaterial = \"m\"\nshape.sphere = { diameter = \"20 um\" }\nplacement.lattice = { counts = [11, 10, 10] }\n";
+        let form = |word: &str| {
+            let all = format!("{all}{fine}{}", probe.split("[[probe]]").next().unwrap());
+            let text = CASE.replace("[[liquid]]", &format!("{all}[output]\ngrain_form = \"{word}\"\n[[liquid]]"));
+            let found = changed(&parse(Path::new("a.toml"), &text, &[]).unwrap());
+            found.iter().find(|key| key.path == "output.grain_form").map(|key| key.default.clone())
+        };
+        assert_eq!(form("points"), None);
+        assert_eq!(form("both"), Some(DefaultValue::Value("\"points\"".into())));
     }
 }

@@ -9,6 +9,7 @@ use crate::bridges;
 use crate::case::Case;
 use crate::driven;
 use crate::liquids_at_walls;
+use crate::plausible;
 use crate::presets::Solver;
 use crate::read::Context;
 use crate::surface_tension;
@@ -32,7 +33,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
             .help("leave out `packing_only`, or add `placement.packed = {}` to the grains");
     }
     check_late_outputs(case, cx);
-    check_densities(case, cx);
+    plausible::check(case, cx);
     check_velocity_fields(case, cx);
     check_rest(case, cx);
     check_carrying_flow(case, cx);
@@ -69,28 +70,6 @@ fn check_late_outputs(case: &Case, cx: &mut Context<'_>) {
                 .label(format!("the run ends at {} s", rounded(end)))
                 .help("leave them out, or raise `run.until`; `sazanami resume --until` goes on to them");
         }
-    }
-}
-
-/// Least density of a liquid and of a material that is not doubted: liquid hydrogen has 71 kg/m^3, foams have 10 [kg/m^3].
-const LIGHTEST: Real = 10.0;
-/// Largest density that is not doubted: osmium has 22,590 kg/m^3.
-const HEAVIEST: Real = 23_000.0;
-
-/// Warns of densities that no matter has: most are those of another unit.
-fn check_densities(case: &Case, cx: &mut Context<'_>) {
-    let liquid = [("fluid.liquid.density".to_owned(), case.fluid.liquid.density)];
-    let materials = case.materials.iter().map(|m| (format!("material.{}.density", m.name), m.density));
-    for (key, density) in liquid.into_iter().chain(materials) {
-        // One that cannot be read is not a number, and has been reported.
-        if (LIGHTEST..=HEAVIEST).contains(&density) || density.is_nan() {
-            continue;
-        }
-        let what = if density < LIGHTEST { "lighter than foam" } else { "heavier than osmium" };
-        cx.report
-            .warning(cx.places.near(&key), format!("a density of {} kg/m^3 is {what}", rounded(density)))
-            .label("outside the densities of real materials")
-            .help("check the unit: sand has about 2650 kg/m^3, which is 2.65 g/cm^3");
     }
 }
 

@@ -26,6 +26,7 @@ mod known;
 mod liquids_at_walls;
 mod moving_particles;
 mod overrides;
+mod plausible;
 pub mod presets;
 pub mod read;
 pub mod reference;

@@ -220,6 +220,11 @@ impl Engine {
         &mut self.grains.attached
     }
 
+    /// The wetness of the grains and ghosts ([`Grains::wetness`]); those of ghosts are the caller's to set too.
+    pub fn wetness_mut(&mut self) -> &mut [Real] {
+        &mut self.grains.wetness
+    }
+
     /// Surroundings within `margin` \[m] of this rank's part along the periodic directions that it spans.
     ///
     /// With a margin up to [`Setup::ghost_margin`] every image of a grain in it has an entry. Whether there are entries

@@ -116,6 +116,9 @@ columns! {
         /// Impulse of the drag on each grain over the last call of [`crate::Engine::advance`] [N s], also of those that
         /// forces do not move; of owned grains only. The fluid loses as much.
         pub drag_impulse: Vector,
+        /// Viscosity of what is about the grain over that of its [`crate::Film`], as a coupled solver last said; 1 at first. The film of a
+        /// pair has the smaller of the two. Not stored: a solver that says it does so before every advance.
+        pub wetness: Real,
         /// Values that a coupled solver stores with each grain, zero at first; they migrate with it.
         pub attached: [Real; ATTACHED],
         /// Centre of mass without wrapping at periodic sides \[m].
@@ -206,6 +209,7 @@ impl GrainRecord {
             contact_force: [0.0; 3],
             contact_torque: [0.0; 3],
             drag_impulse: [0.0; 3],
+            wetness: 1.0,
             attached: [0.0; ATTACHED],
         })
     }

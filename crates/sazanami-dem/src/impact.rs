@@ -182,8 +182,14 @@ impl Impact<'_> {
             }
             let arm = normal * (Lanes::splat(radius) + height * Lanes::splat(0.5));
             let at_contact = velocity + spin.cross(arm);
-            let (on_ball, stretched, _) =
-                force::<M, WIDTH, false>(&constants, normal, (-height, radii), -at_contact, (d_t, None), h);
+            let (on_ball, stretched, _) = force::<M, WIDTH, false>(
+                &constants,
+                normal,
+                (-height, radii, Lanes::splat(1.0)),
+                -at_contact,
+                (d_t, None),
+                h,
+            );
             let on_ball = touches.select3(on_ball, none);
             d_t = touches.select3(stretched, none);
             velocity += on_ball * kick;

@@ -31,7 +31,7 @@ use sazanami_numerics::domain::Domain;
 
 use crate::body::Body;
 use crate::contact::laws::Interactions;
-use crate::film::Film;
+use crate::film::{FILM_FACTOR, Film};
 use crate::impact::{ImpactErrors, Impacts};
 
 /// Least and most that a sub-step takes of the half period of the stiffest contact where an error of impacts is asked for; those in
@@ -41,9 +41,8 @@ const MOST_FACTOR: Real = 0.225;
 /// Largest mean error of the restitution, and of the spin over the tangential speed, where none is asked for.
 pub const USUAL_ERROR: Real = 0.025;
 
-/// Longest sub-step times the rate `D/m*` at which a film brings a ball to rest at a wall, at the roughness. A grain among twelve
-/// equal ones is stable up to twice this.
-const FILM_FACTOR: Real = 0.15;
+/// Shortest sub-step that a bounded film asks for over the longest without it.
+const OF_BOUNDED_FILM: Real = 0.1;
 /// Part of the limit of stability that a face on a plane takes.
 const OF_A_FACE: Real = 0.25;
 /// Part that all contacts of a body take.
@@ -70,6 +69,8 @@ pub struct LongestSubstep {
     pub face: Real,
     /// Of the film between grains.
     pub film: Real,
+    /// The same for all of its damping, where that is cut ([`Film::bounded`]).
+    pub whole_film: Real,
 }
 
 impl LongestSubstep {
@@ -149,8 +150,13 @@ impl<'i> EffectiveMasses<'i> {
     /// The longest sub-steps for every contact of these grains with each other and with walls of any of the materials.
     #[must_use]
     pub fn longest_substep(&self) -> LongestSubstep {
-        let mut longest =
-            LongestSubstep { contact: Real::INFINITY, accurate: true, face: self.face, film: Real::INFINITY };
+        let mut longest = LongestSubstep {
+            contact: Real::INFINITY,
+            accurate: true,
+            face: self.face,
+            film: Real::INFINITY,
+            whole_film: Real::INFINITY,
+        };
         for pair in self.pairs() {
             let (factor, accurate) = self.longest_factor(&pair);
             longest.contact = longest.contact.min(factor * pair.half_period);
@@ -160,9 +166,12 @@ impl<'i> EffectiveMasses<'i> {
             let [a, b] = pair.materials;
             let rate = damping * self.square[a].max(self.square[b]);
             if rate > 0.0 {
-                longest.film = longest.film.min(FILM_FACTOR / rate);
+                longest.whole_film = longest.whole_film.min(FILM_FACTOR / rate);
             }
         }
+        let bounded = self.interactions.film().is_some_and(|film| film.bounded);
+        let least = if bounded { OF_BOUNDED_FILM * longest.contact.min(longest.face) } else { 0.0 };
+        longest.film = longest.whole_film.max(least);
         longest
     }
 

@@ -7,6 +7,10 @@
 //! a = h + 2 (U - u) / T,   dh/dt = (U - u) / T^2
 //! ```
 //!
+//! Drag that stops the flow at a rate `k` beyond `1/T`, as that of a bed held in it, would make the answer last `k T^2`. What `h` holds
+//! against it, `h - b` with the part `b` that bears the weight, goes to `k U`: where `T (h - b)/U` is above one, `h` gathers that many
+//! times as fast, and `u` answers at the rates `1/T` and `k`.
+//!
 //! In steady flow `a` times the mass that it drives is the friction that holds this mass back: over a bed the shear stress.
 //! A velocity that would take long to be reached at a bearable force rises as `U (3 s^2 - 2 s^3)`, `s = t / rise`.
 
@@ -45,6 +49,8 @@ pub struct MeanFlowSettings {
     pub rise: Real,
     /// What the force acts on grains by.
     pub acts_by: ActsBy,
+    /// Constant force per mass beside it, as that of gravity, which it bears along the held directions [m/s^2].
+    pub beside: Vector,
 }
 
 /// The mean flow and what drove it, at the end of a step.
@@ -70,10 +76,12 @@ pub struct MeanFlow {
 }
 
 impl MeanFlow {
-    /// A flow that is held from now on; the first step is without force.
+    /// A flow that is held from now on, at first by what bears the constant force beside it.
     #[must_use]
-    pub const fn new(settings: MeanFlowSettings) -> Self {
-        Self { settings, time: 0.0, held: Vector::ZERO, acceleration: Vector::ZERO }
+    pub fn new(settings: MeanFlowSettings) -> Self {
+        let idle = Self { settings, time: 0.0, held: Vector::ZERO, acceleration: Vector::ZERO };
+        let held = if settings.net { Vector::ZERO } else { idle.in_held_directions(Vector::ZERO - settings.beside) };
+        Self { held, acceleration: held, ..idle }
     }
 
     /// Goes on from a snapshot.
@@ -170,7 +178,11 @@ impl MeanFlow {
         }
         let mean = momentum / mass;
         let lacks = self.in_held_directions(self.wanted(self.time) - mean);
-        self.held += lacks * dt / (answer * answer);
+        let faster = |d: usize| match self.settings.velocity[d] {
+            0.0 => 1.0,
+            wanted => (answer * (self.held[d] + self.settings.beside[d]) / wanted).max(1.0),
+        };
+        self.held += lacks * dt / (answer * answer) * Vector::new(faster(0), faster(1), faster(2));
         self.acceleration = self.held + 2.0 * lacks / answer;
         MeanFlowReport { acceleration, velocity: mean, stress }
     }
@@ -189,6 +201,7 @@ mod tests {
         answer: 0.05,
         rise: 0.0,
         acts_by: ActsBy::Mass,
+        beside: Vector::ZERO,
     };
 
     /// Velocity after a second, last force and largest velocity of a mass of 2 kg with a friction of `rate` [1/s].
@@ -215,6 +228,53 @@ mod tests {
         assert_eq!(still[..2], [0.0; 2]);
         let idle = MeanFlow::new(MeanFlowSettings { held: [false; 3], ..SETTINGS });
         assert_eq!(after(idle, 2.0)[..2], [0.0; 2]);
+    }
+
+    #[test]
+    fn drag_that_stops_the_flow_within_a_step_is_answered_too() {
+        // Implicit drag of 5000/s, with the time of answer 250 times what it takes to stop: 14 of them.
+        let after = |answer: Real, sign: Real, gravity: Real| {
+            let beside = Vector::new(gravity, 0.0, 0.0);
+            let settings = MeanFlowSettings { answer, velocity: sign * SETTINGS.velocity, beside, ..SETTINGS };
+            let (dt, mut flow, mut u, mut largest) = (2e-4, MeanFlow::new(settings), Vector::ZERO, 0.0_f64);
+            for _ in 0..3500 {
+                u = (u + dt * (beside + flow.acceleration())) / (1.0 + 5e3 * dt);
+                flow.answer(dt, u, 1.0);
+                largest = largest.max(sign * u.x);
+            }
+            [sign * u.x / 0.3, largest / 0.3]
+        };
+        for (sign, gravity) in [(1.0, 0.0), (-1.0, 0.0), (1.0, -9.8), (1.0, 9.8)] {
+            let [u, largest] = after(0.05, sign, gravity);
+            assert!((u - 1.0).abs() < 0.02 && largest < 1.02, "{sign} {gravity}: {u} {largest}");
+        }
+        // Control: an answer of a tenth of the time is not there.
+        assert!(after(0.5, 1.0, 0.0)[0] < 0.1, "{:?}", after(0.5, 1.0, 0.0));
+    }
+
+    #[test]
+    fn weight_along_the_flow_is_no_drag() {
+        // Water of little friction that falls along the flow, and the law as it is without drag.
+        let lag = |pull: Real, beside: Real| {
+            let settings = MeanFlowSettings { beside: Vector::new(beside, 0.0, 0.0), rise: 0.25, ..SETTINGS };
+            let (dt, mut flow, mut u) = (1e-4, MeanFlow::new(settings), [0.0; 2]);
+            let (mut held, mut force, mut apart) = (-beside, -beside, 0.0_f64);
+            for n in 1..10_000 {
+                u[0] += dt * (pull + flow.acceleration().x - 0.5 * u[0]);
+                flow.answer(dt, Vector::new(u[0], 0.0, 0.0), 1.0);
+                u[1] += dt * (pull + force - 0.5 * u[1]);
+                let lacks = flow.wanted(dt * Real::from(n)).x - u[1];
+                held += lacks * dt / (0.05 * 0.05);
+                force = held + 2.0 * lacks / 0.05;
+                apart = apart.max((u[0] - u[1]).abs());
+            }
+            apart
+        };
+        for pull in [0.0, -9.8, 9.8] {
+            assert!(lag(pull, pull) < 1e-12, "{pull}: {}", lag(pull, pull));
+        }
+        // Control: weight that it does not know is taken for drag.
+        assert!(lag(-9.8, 0.0) > 1e-3, "{}", lag(-9.8, 0.0));
     }
 
     #[test]

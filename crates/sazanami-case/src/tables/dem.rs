@@ -89,12 +89,14 @@ pub struct DemOptions {
     /// Torque of the rolling resistance over normal force and effective radius.
     #[key(range = NonNegative, default = 0.0)]
     pub rolling_friction: Real,
-    /// Roughness of the grains: with it the liquid film between spheres that do not touch resists their approach, down to a gap
-    /// of this height; about 1e-3 of the radius for sand, 1e-5 to 1e-4 for polished balls. Grains in gas have the film too.
-    #[key(unit = "m", range = Positive, says = "no film")]
-    pub film_roughness: Option<Real>,
+    /// Roughness of the grains, down to which the film between spheres that do not touch resists their approach: a length, `none` for
+    /// no film, or `auto`. `auto` is 0.3 um (1e-4 to 1e-2 of the smallest radius) on the grid where there is liquid and all grains
+    /// are spheres of one contact sphere, else no film. Beads of glass, steel and plastic have some 0.02 to 1 um (Joseph et al. 2001). On
+    /// the grid a film is as viscous as the fluid about its grains, with moving particles as the water everywhere.
+    #[key(unit = "m", range = Positive, default, paper_literal = (Yagyu, FilmRoughness::None, "contacts without a film"))]
+    pub film_roughness: FilmRoughness,
     /// Largest gap of the film over the radius of the smaller sphere; on a grid up to half a cell, from which on the cells have it.
-    #[key(range = Between(1e-3, 1.0), default = FILM_REACH, omit_if = self.film_roughness.is_none())]
+    #[key(range = Between(1e-3, 1.0), default = FILM_REACH, omit_if = self.film_roughness == FilmRoughness::None)]
     pub film_reach: Real,
     /// Liquid bridges between wet grains, for spheres in a case without a body of liquid. Packed beds get them when the run begins.
     #[key(table)]
@@ -108,6 +110,55 @@ pub struct DemOptions {
     #[key(default = cx.known.boundary.map(|pair| pair.map(|side: BoundarySide| side.is_wall())),
           says = "sides that are walls for the fluid")]
     pub grain_walls: [[bool; 2]; 3],
+}
+
+/// Height of the roughness at which films between grains end.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum FilmRoughness {
+    /// A part of the smallest radius where there are films ([`crate::Case::film_roughness`]).
+    #[default]
+    Auto,
+    /// No film.
+    None,
+    /// A height \[m].
+    Height(Real),
+}
+
+impl Value for FilmRoughness {
+    fn doc() -> ValueDoc {
+        ValueDoc::Leaf(
+            "length, `auto` or `none`",
+            |_| json!({ "type": "string", "pattern": "^(auto|none|\\s*[-+]?[0-9.].*)$" }),
+        )
+    }
+
+    fn read(at: &At<'_>, key: &KeyDoc, range: Range1, cx: &mut Context<'_>) -> Option<Self> {
+        match at.value {
+            Some(DeValue::String(word)) if word == "auto" => Some(Self::Auto),
+            Some(DeValue::String(word)) if word == "none" => Some(Self::None),
+            _ => Real::read(at, key, range, cx).map(Self::Height),
+        }
+    }
+
+    fn write(&self, unit: &str, style: Paths) -> Written {
+        match self {
+            Self::Auto => Written::Leaf("\"auto\"".into()),
+            Self::None => Written::Leaf("\"none\"".into()),
+            Self::Height(height) => height.write(unit, style),
+        }
+    }
+
+    fn blank() -> Self {
+        Self::Auto
+    }
+
+    fn wrong() -> Option<Self> {
+        Some(Self::None)
+    }
+
+    fn example(key: &KeyDoc) -> String {
+        Real::example(key)
+    }
 }
 
 impl Value for Substeps {

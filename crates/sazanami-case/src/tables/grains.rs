@@ -103,6 +103,12 @@ impl Population {
         }
     }
 
+    /// Whether its grains are spheres of one contact sphere, between which films and bridges can be.
+    #[must_use]
+    pub fn is_of_balls(&self) -> bool {
+        matches!(self.shape, GrainShape::Sphere { .. }) && self.contact_spheres == ContactSphereChoice::Single
+    }
+
     /// Lets grains that are fed in up to the end of the run be fed in up to a later one \[s].
     pub fn move_end(&mut self, from: Real, to: Real) {
         let GrainPlacement::Fed(feed) = &mut self.placement else { return };

@@ -10,7 +10,7 @@ mod waking;
 
 use sazanami_numerics::{Real, Vector};
 
-use super::context::{ContactContext, Step};
+use super::context::{ContactContext, Reach, Step};
 use super::counters::Counters;
 use super::evaluate::{ContactForces, evaluate};
 use super::model::ContactModel;
@@ -195,7 +195,9 @@ impl Block {
                 let p = self.contacts[from].pair;
                 let pair = &mut self.pairs[p as usize];
                 let apart = forces.overlap.0[l] <= 0.0;
-                let parted = if PLAIN { apart } else { apart && forces.fraction.0[l] <= -context.reach };
+                let Reach { over_radius, farthest } = context.reach;
+                let parted =
+                    apart && (PLAIN || forces.fraction.0[l] <= -over_radius || forces.overlap.0[l] <= -farthest);
                 if parted == pair.touching {
                     pair.touching = !parted;
                     pair.count = u32::from(!parted);
@@ -285,7 +287,7 @@ impl Block {
         let pair = &self.pairs[p];
         let pose = &context.poses[pair.low as usize];
         // Balls alone have films and bridges; the radius of others is 0.
-        let reach = context.reach * pose.radius.min(context.poses[pair.high as usize].radius);
+        let reach = context.reach.of(pose.radius.min(context.poses[pair.high as usize].radius));
         let slack = TOUCH * context.bodies[pose.body as usize].bounding_radius * pose.scale + reach;
         let sum = context.travel[pair.low as usize] + context.travel[pair.high as usize];
         self.skip_until[p] = self.skip_until[p].min(sum + (gap - slack).max(0.0));

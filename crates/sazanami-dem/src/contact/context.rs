@@ -11,6 +11,23 @@ use crate::bridge::Bridge;
 use crate::motion::Pose;
 use crate::wall::Wall;
 
+/// The gap up to which films and bridges may act between spheres.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reach {
+    /// Over the smaller radius; 0 without films and bridges.
+    pub over_radius: Real,
+    /// At most \[m].
+    pub farthest: Real,
+}
+
+impl Reach {
+    /// The gap where the smaller sphere has this `radius` \[m].
+    #[inline(always)]
+    pub fn of(self, radius: Real) -> Real {
+        (self.over_radius * radius).min(self.farthest)
+    }
+}
+
 /// State from which contact forces are computed.
 #[derive(Clone, Copy)]
 pub(crate) struct ContactContext<'a> {
@@ -18,9 +35,11 @@ pub(crate) struct ContactContext<'a> {
     pub arrays: &'a [SphereArrays],
     /// Centres and radii of the contact spheres of all bodies.
     pub spheres: &'a [[Real; 4]],
-    /// Gap over the smaller radius up to which spheres may act on each other; 0 without a film and bridges.
-    pub reach: Real,
+    /// Gap up to which spheres may act on each other.
+    pub reach: Reach,
     pub bridge: Option<&'a Bridge>,
+    /// See [`crate::Grains::wetness`].
+    pub wetness: &'a [Real],
     /// Whether all bodies are balls.
     pub balls: bool,
     /// Those of images on this rank are as old as the lists: contacts read the grain itself.

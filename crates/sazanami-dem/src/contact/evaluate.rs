@@ -100,7 +100,12 @@ pub(crate) fn evaluate<M: ContactModel, const W: usize, const PLAIN: bool, const
     let d_t = Lanes3::from_fn(|l| contact[l].d_t);
     let bridged = Some(Mask(std::array::from_fn(|l| contact[l].bridged)));
     let radii = [a.radius, b.radius];
-    let (h, d_t, h_n) = force::<M, W, PLAIN>(&constants, n, (overlap, radii), v_r, (d_t, bridged), dt);
+    let wetness = if PLAIN {
+        Lanes::splat(1.0)
+    } else {
+        Lanes::from_fn(|l| context.wetness[low[l] as usize].min(context.wetness[high[l] as usize]))
+    };
+    let (h, d_t, h_n) = force::<M, W, PLAIN>(&constants, n, (overlap, radii, wetness), v_r, (d_t, bridged), dt);
     let (mut torque_low, mut torque_high) = (arm_i.cross(h), -arm_j.cross(h));
     if !PLAIN {
         let rolling = rolling_torque(&constants, a.radius, b.radius, h_n, spin_j - spin_i);

@@ -17,7 +17,7 @@ use sazanami_numerics::{Real, Vector};
 use super::model::ContactModel;
 use super::pair::ACROSS;
 use crate::bridge::Bridge;
-use crate::film::Film;
+use crate::film::{FILM_FACTOR, Film};
 use crate::lanes::{Lanes, Lanes3, Mask};
 use crate::material::{ContactStart, HistoryRotation, SlipDirection};
 
@@ -90,12 +90,12 @@ impl<M: ContactModel, const W: usize> ConstantLanes<M, W> {
 
 /// Force on body i, the new tangential displacement and the size of the normal force, at overlap `d_n` of spheres of
 /// these `radii`: of the contact, or of the film where `d_n` is negative, and of the bridge where they touch or one stood `before`;
-/// there is none where that is `None`. `PLAIN` leaves out films, bridges and the rarer options.
+/// there is none where that is `None`; films are as viscous as their `wetness`, a factor, says. `PLAIN` leaves out films, bridges and the rarer options.
 #[inline(always)]
 pub(crate) fn force<M: ContactModel, const W: usize, const PLAIN: bool>(
     c: &ConstantLanes<M, W>,
     n: Lanes3<W>,
-    (d_n, radii): (Lanes<W>, [Lanes<W>; 2]),
+    (d_n, radii, wetness): (Lanes<W>, [Lanes<W>; 2], Lanes<W>),
     v_r: Lanes3<W>,
     (d_t, before): (Lanes3<W>, Option<Mask<W>>),
     dt: Real,
@@ -109,7 +109,7 @@ pub(crate) fn force<M: ContactModel, const W: usize, const PLAIN: bool>(
     let none = Lanes3::splat(Vector::ZERO);
     let mut apart = none;
     if let Some(film) = &c.film {
-        apart = film_force(c, film, n, (d_n, radii), v_r, dt);
+        apart = film_force(c, film, n, (d_n, radii, wetness), v_r, dt);
     }
     if let (Some(bridge), Some(before)) = (&c.bridge, before) {
         let pull = |l: usize| {
@@ -128,14 +128,19 @@ fn film_force<M: ContactModel, const W: usize>(
     c: &ConstantLanes<M, W>,
     film: &Film,
     n: Lanes3<W>,
-    (d_n, radii): (Lanes<W>, [Lanes<W>; 2]),
+    (d_n, radii, wetness): (Lanes<W>, [Lanes<W>; 2], Lanes<W>),
     v_r: Lanes3<W>,
     dt: Real,
 ) -> Lanes3<W> {
     let speed_n = v_r.dot(n);
-    let damping = Lanes::from_fn(|l| film.damping(-d_n.0[l], speed_n.0[l] * dt, radii.map(|r| r.0[l])));
+    // Half a sub-step over the reduced mass [s/kg].
+    let half = c.give * Lanes::splat(dt / ACROSS);
+    let most = |l: usize| if film.bounded { 0.5 * FILM_FACTOR / half.0[l] } else { Real::INFINITY };
+    let damping = Lanes::from_fn(|l| {
+        wetness.0[l] * (film.damping(-d_n.0[l], speed_n.0[l] * dt, radii.map(|r| r.0[l]))).min(most(l))
+    });
     // At the time of the places, half a sub-step after that of the velocities.
-    let later = Lanes::splat(1.0) + damping * c.give * Lanes::splat(dt / ACROSS);
+    let later = Lanes::splat(1.0) + damping * half;
     n * (speed_n * damping.divided_by(later))
 }
 

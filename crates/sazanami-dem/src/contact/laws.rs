@@ -2,6 +2,7 @@
 
 use sazanami_numerics::Real;
 
+use super::context::Reach;
 use super::force::PairConstants;
 use super::linear_spring_dashpot::LinearSpringDashpot;
 use super::model::ContactModel;
@@ -216,9 +217,13 @@ impl Interactions {
         self.bridge.as_ref()
     }
 
-    /// Gap over the smaller radius up to which spheres may act on each other; 0 without a film and bridges.
-    pub(crate) fn reach(&self) -> Real {
-        self.film.map_or(0.0, |film| film.reach).max(self.bridge.map_or(0.0, |bridge| bridge.reach()))
+    /// Gap up to which spheres may act on each other.
+    pub(crate) fn reach(&self) -> Reach {
+        let film = self.film.map_or([0.0; 2], |film| [film.reach, film.farthest]);
+        match self.bridge {
+            Some(bridge) => Reach { over_radius: bridge.reach().max(film[0]), farthest: Real::INFINITY },
+            None => Reach { over_radius: film[0], farthest: film[1] },
+        }
     }
 
     /// Whether every choice is the usual one, for which shorter formulas suffice.

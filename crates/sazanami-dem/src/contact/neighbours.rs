@@ -85,7 +85,7 @@ impl ListBuilder {
         for_each_chunk(&mut self.bounds[..], ROWS, |number, bounds| {
             for (n, b) in bounds.iter_mut().enumerate() {
                 let g = number * ROWS + n;
-                *b = bound(context, grains, grains.skin[g] + 0.5 * context.reach * context.poses[g].radius, g);
+                *b = bound(context, grains, grains.skin[g] + 0.5 * context.reach.of(context.poses[g].radius), g);
             }
         });
         self.sort_by_size();
@@ -199,7 +199,7 @@ fn fill(
             nearest.rest += sum;
             // Balls alone have films and bridges; the radius of others is 0.
             let [a, b] = [low, high as usize].map(|g| context.poses[g].radius);
-            let free = gap * (1.0 - 1e-9) - context.reach * a.min(b);
+            let free = gap * (1.0 - 1e-9) - context.reach.of(a.min(b));
             block.push(pair, sum + left.max(free), nearest);
         }
         block.end_row(pace);
@@ -282,7 +282,7 @@ fn add_walls(
             deep: r.is(ContactRecord::DEEP),
             d_t: Vector::from_array(r.d_t),
         }));
-        let free = height * (1.0 - 1e-9) - context.reach * context.poses[grain].radius;
+        let free = height * (1.0 - 1e-9) - context.reach.of(context.poses[grain].radius);
         let left = previous.and_then(|old| remaining_to_wall(old, grain, w)).unwrap_or(Real::NEG_INFINITY);
         block.walls.pairs.push(WallPair {
             grain: grain as u32,

@@ -146,7 +146,7 @@ impl WallContacts {
             let body = &context.bodies[pose.body as usize];
             let wall = &context.walls[pair.wall as usize];
             let size = body.bounding_radius * pose.scale;
-            let near = (TOUCH + context.reach) * size;
+            let near = TOUCH * size + context.reach.of(size);
             let cut_off = (CUT_OFF * size).max(2.0 * near);
             let height = wall.distance(pose.unwrapped);
             let rotation = &context.rotations[pair.grain as usize];
@@ -204,7 +204,7 @@ fn touch<M: ContactModel>(
     let to_a = context.rotations[pair.grain as usize] * body.centres[contact.a as usize] * pose.scale;
     let (distance, away) = wall.facing(pose.unwrapped, to_a);
     let overlap = radius - distance;
-    if overlap <= -context.reach * radius {
+    if overlap <= -context.reach.of(radius) {
         return None;
     }
     // The wall is body j: the normal points into it.
@@ -217,7 +217,7 @@ fn touch<M: ContactModel>(
     let (h, d_t, h_n) = force::<M, 1, false>(
         &constants,
         Lanes3::splat(n),
-        (Lanes::splat(overlap), [own, far]),
+        (Lanes::splat(overlap), [own, far], Lanes::splat(context.wetness[pair.grain as usize])),
         Lanes3::splat(v_r),
         (Lanes3::splat(contact.d_t), None),
         dt,

@@ -14,7 +14,7 @@ impl Engine {
         self.check_film(grains)?;
         self.check_bridge(grains)?;
         let largest = grains.iter().map(size).fold(0.0, Real::max);
-        let needed = Self::shortest_period(largest) + self.interactions.reach() * largest;
+        let needed = Self::shortest_period(largest) + self.interactions.reach().of(largest);
         for direction in 0..3 {
             let length = self.period[direction];
             if domain.periodic()[direction] && length < needed {

@@ -99,8 +99,11 @@ impl Engine {
         self.place();
         self.choose_skins();
         former_list.size.clear();
-        let half_film = 0.5 * self.interactions.reach();
-        let size = |g: usize| self.bounding_radius(g) * (1.0 + half_film) + self.grains.skin[g];
+        let reach = self.interactions.reach();
+        let size = |g: usize| {
+            let radius = self.bounding_radius(g);
+            radius + 0.5 * reach.of(radius) + self.grains.skin[g]
+        };
         former_list.size.extend((0..self.grains.owned).map(size));
         self.exchange.renew(domain, &mut self.grains, &former_list.size, self.ghost_margin);
         self.paces.resize(self.grains.len(), Pace::FASTEST);

@@ -183,6 +183,7 @@ impl Engine {
             spheres: &self.spheres,
             reach: self.interactions.reach(),
             bridge: self.interactions.bridge(),
+            wetness: &self.grains.wetness,
             balls: self.bodies.iter().all(Body::is_ball),
             poses: &self.poses,
             rotations: &self.rotations,
@@ -229,7 +230,7 @@ impl Engine {
         let Self { grains, poses, rotations, turned, travel, paces, mass_properties, blocks, incoming, book, .. } =
             self;
         let (skin, paces) = (&grains.skin[..owned], &paces[..owned]);
-        let film = self.interactions.reach() > 0.0;
+        let film = self.interactions.reach().over_radius > 0.0;
         let contacts = Contacts { blocks, incoming, film, time: self.time };
         let gravity = kick.map_or(Vector::ZERO, |kick| kick.h * kick.gravity);
         let motion = (

@@ -26,7 +26,7 @@ fn mass() -> Real {
 /// The film for which a ball that meets a wall at [`SPEED`] has the Stokes number `St = m v/(6 pi mu R^2)`.
 fn film(stokes: Real) -> Film {
     let viscosity = mass() * SPEED / (6.0 * PI * RADIUS * RADIUS * stokes);
-    Film { viscosity, roughness: ROUGHNESS * RADIUS, reach: REACH, farthest: Real::INFINITY }
+    Film { viscosity, roughness: ROUGHNESS * RADIUS, reach: REACH, farthest: Real::INFINITY, bounded: false }
 }
 
 fn setup(film: Option<Film>, walls: Vec<Wall>) -> Setup {
@@ -172,7 +172,7 @@ fn a_film_is_no_contact() {
 
 #[test]
 fn ranks_threads_and_interruptions_leave_the_bits_alone() {
-    let film = Some(Film { viscosity: 1e-2, roughness: 2e-6, reach: 0.3, farthest: Real::INFINITY });
+    let film = Some(Film { viscosity: 1e-2, roughness: 2e-6, reach: 0.3, farthest: Real::INFINITY, bounded: false });
     let [half, expected] = bits_agree(|| setup(film, vec![]));
     let reals = |snapshot: &Snapshot, name: &str| snapshot.reals(name).expect("the snapshot is whole").to_vec();
     let in_films = |snapshot: &Snapshot| {

@@ -31,6 +31,8 @@ pub(crate) use surface::{Surface, resistance};
 
 /// Grains in one parallel task.
 const BATCH: usize = 256;
+/// Weight of the cells that grains fill among those that have what is about a grain: they count where there are no others.
+const BURIED: Real = 1e-9;
 /// Makes a bound safe from round-off.
 const ROUND_UP: Real = 1.0 + 1e-12;
 
@@ -318,16 +320,54 @@ impl GrainPhase {
         self.engine.gather_to_owners(domain, &mut self.partial);
     }
 
-    /// Moves the grains under the fluid's load, their contacts and `gravity` [m/s^2] over `dt` \[s].
+    /// Moves the grains under the fluid's load, their contacts and `gravity` [m/s^2] over `dt` \[s], with films of the fluid about them.
     ///
     /// # Errors
     /// [`DemError`] names the grain that failed.
-    pub(crate) fn advance(&mut self, domain: &Domain, gravity: Vector, dt: Real) -> Result<ContactReport, DemError> {
+    pub(crate) fn advance(
+        &mut self,
+        domain: &Domain,
+        flow: &Flow,
+        gravity: Vector,
+        dt: Real,
+    ) -> Result<ContactReport, DemError> {
         if self.is_empty() {
             return Ok(ContactReport::default());
         }
+        self.wet(domain, flow);
         let loads = Loads { force: &self.force, torque: &self.torque, ..Loads::none() };
         self.engine.advance(domain, &loads, gravity, dt, self.coupling.substeps)
+    }
+
+    /// Tells the engine how viscous the fluid about each grain is: the mean over the cells that hold its surface, by their open parts.
+    fn wet(&mut self, domain: &Domain, flow: &Flow) {
+        if self.engine.interactions().film().is_none() {
+            return;
+        }
+        let [gas, liquid] = flow.fluids.divisors();
+        let (alpha, c) = (self.imprint.solid_fraction.data(), flow.volume_fraction.data());
+        let imprint = &self.imprint;
+        self.partial.resize(self.engine.grains().len(), [0.0; 7]);
+        for_each_chunk(&mut self.partial[..], 64, |number, sums| {
+            for (offset, sum) in sums.iter_mut().enumerate() {
+                let [mut open, mut viscous] = [0.0; 2];
+                for share in imprint.shares(number * 64 + offset) {
+                    let at = share.at as usize;
+                    let weight = share.fraction * (1.0 - alpha[at]).max(BURIED);
+                    open += weight;
+                    viscous += weight * (gas + c[at].clamp(0.0, 1.0) * (liquid - gas));
+                }
+                *sum = [open, viscous, 0.0, 0.0, 0.0, 0.0, 0.0];
+            }
+        });
+        self.engine.gather_to_owners(domain, &mut self.partial);
+        self.engine.share_with_ghosts(domain, &mut self.partial);
+        let sums = &self.partial;
+        for_each_chunk(self.engine.wetness_mut(), BATCH, |number, wetness| {
+            for (wetness, sum) in wetness.iter_mut().zip(&sums[number * BATCH..]) {
+                *wetness = if sum[0] > 0.0 { sum[1] / (sum[0] * liquid) } else { 0.0 };
+            }
+        });
     }
 
     /// Updates the volume fractions of the grains.

@@ -41,7 +41,7 @@ impl Solver {
         let Self { domain, boundary, flow, grains, room, projection, settings, .. } = self;
         report.impulses += grains.load(domain, room.as_mut(), gravity, dt);
         watch(Phase::Grains);
-        report.contacts = grains.advance(domain, gravity, dt)?;
+        report.contacts = grains.advance(domain, flow, gravity, dt)?;
         watch(Phase::Coupling);
         report.imprint = grains.imprint(domain);
         if let Some(room) = room.as_mut() {

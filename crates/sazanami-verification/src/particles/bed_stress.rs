@@ -64,6 +64,7 @@ pub fn bed_stress(scheme: Scheme, spacing: Real) -> Result<BedStress, Experiment
         answer: 0.05,
         rise: 0.0,
         acts_by: ActsBy::Mass,
+        beside: Vector::ZERO,
     }));
     let (mut last, mut seen, mut stress, mut below) = (0.0, 0.0, 0.0, [0.0; 2]);
     advance(&mut solver, [0.0, TIME], under(DOWN), |time, solver, report| {

@@ -144,8 +144,17 @@ impl BedOnSieve {
         let (velocity, area) = (found.flux / open * Vector::Z, extent.x * extent.y);
         let acts_by = ActsBy::Volume;
         let held = velocity.to_array().map(|u| u != 0.0);
-        let settings =
-            MeanFlowSettings { velocity, held, net: false, above: -1.0, area, answer: ANSWER, rise: RISE, acts_by };
+        let settings = MeanFlowSettings {
+            velocity,
+            held,
+            net: false,
+            above: -1.0,
+            area,
+            answer: ANSWER,
+            rise: RISE,
+            acts_by,
+            beside: Vector::ZERO,
+        };
         // Gravity acts by mass; what bears the water and drives the flow acts by volume.
         let (mut flow, driving) = (MeanFlow::new(settings), Cell::new(0.0));
         let forcing = |_: Real, _: Real| {

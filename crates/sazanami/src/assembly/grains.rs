@@ -11,8 +11,8 @@ use sazanami_numerics::{Quaternion, Real, Vector};
 
 use crate::bed_file::Bed;
 use crate::case::meaning::{
-    BoundarySide, Case, Gate, GrainPlacement, Packing, PackingStop, Population, SizeDistribution, Solver, WALL,
-    WallContact,
+    BoundarySide, Case, FilmRoughness, Gate, GrainPlacement, Packing, PackingStop, Population, SizeDistribution,
+    Solver, WALL, WallContact,
 };
 
 /// Solid fraction of a bed of grains that were packed, about.
@@ -32,11 +32,12 @@ pub(crate) fn material_number(case: &Case, name: &str) -> u32 {
 ///
 /// Beds are packed without it.
 pub(crate) fn wet_interactions(case: &Case) -> Interactions {
-    let film = case.dem.film_roughness.map(|roughness| Film {
+    let film = case.film_roughness().map(|roughness| Film {
         viscosity: case.fluid.liquid.viscosity,
         roughness,
         reach: case.dem.film_reach,
         farthest: case.film_farthest(),
+        bounded: case.dem.film_roughness == FilmRoughness::Auto,
     });
     interactions(case).with_film(film).with_bridge(bridge(case))
 }

@@ -293,7 +293,13 @@ mod tests {
             assert_eq!(grains::interactions(&case).film(), None);
             setup(&case, &[]).interactions.film().copied()
         };
-        let expected = sazanami_dem::Film { viscosity: 0.1, roughness: 1e-6, reach: 0.1, farthest: Real::INFINITY };
+        let expected = sazanami_dem::Film {
+            viscosity: 0.1,
+            roughness: 1e-6,
+            reach: 0.1,
+            farthest: Real::INFINITY,
+            bounded: false,
+        };
         assert_eq!(film(&["dem.film_roughness=1 um"]), Some(expected));
         assert_eq!(
             film(&["dem.film_roughness=1 um", "dem.film_reach=0.3"]),

@@ -4,7 +4,7 @@ use sazanami_mics::viscosity::ViscosityScheme;
 use sazanami_numerics::Real;
 
 use super::populations::{exchange_of, spheres_of};
-use super::{CheckReport, CostModel, bytes, disk::points, particles, pictures};
+use super::{CheckReport, CostModel, bytes, disk::points, particles, pictures, volumes};
 use crate::case::meaning::{Case, Exchange, Population, Solver};
 use crate::case::{Diagnostics, LoadedCase};
 use crate::machine::{Machine, MemoryLimit};
@@ -37,7 +37,7 @@ pub fn memory(case: &Case, model: &CostModel) -> Real {
         each.sum::<Real>()
     };
     let packing = of_grains(|_, population| population.grains());
-    let flow = of_grains(|case, population| particles::levelled(case, population).or(population.grains()));
+    let flow = of_grains(|case, population| volumes::levelled(case, population).or(population.grains()));
     packing.max(flow + fluid_memory(case, model)) + observer_memory(case, model)
 }
 

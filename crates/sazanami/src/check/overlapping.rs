@@ -3,8 +3,8 @@
 use sazanami_numerics::geometry::Region;
 use sazanami_numerics::{Real, Vector};
 
-use super::number;
-use super::volumes::volume_within;
+use super::volumes::{solid, volume_within};
+use super::{PACKED_SPHERES, number};
 use crate::amounts;
 use crate::assembly::fluid::origin_of;
 use crate::case::meaning::{Case, LiquidRegion, Placement};
@@ -14,16 +14,18 @@ use crate::case::{Diagnostics, LoadedCase};
 /// about a thousandth.
 const PLACES: usize = 48;
 
-/// Part of the volume of each liquid that later liquids and bubbles take.
+/// Part of the volume of each liquid that later liquids and bubbles take; those above the bed where a bed of its grains reaches, about.
 pub(super) fn taken(case: &Case) -> Vec<Real> {
-    let regions = regions(case);
+    let area = case.domain.extent().x * case.domain.extent().y;
+    let bed = case.domain.lower.z + solid(case) / (PACKED_SPHERES * area);
+    let regions: Vec<_> = regions(case, bed).into_iter().map(|(region, _)| (region, false)).collect();
     (0..regions.len()).map(|n| part(case, &regions, n, |_| true)).collect()
 }
 
 /// Warns of a liquid of which another of the same fluid takes a part: it is not there twice.
 pub(crate) fn warn_of_overlap(loaded: &LoadedCase, report: &mut Diagnostics) {
     let case = &loaded.case;
-    let regions = regions(case);
+    let regions = regions(case, 0.0);
     for (n, liquid) in case.liquids.iter().enumerate() {
         let alike = |later: usize| case.liquids[later].fluid == liquid.fluid;
         let part = part(case, &regions, n, alike);
@@ -43,11 +45,11 @@ pub(crate) fn warn_of_overlap(loaded: &LoadedCase, report: &mut Diagnostics) {
     }
 }
 
-/// A liquid where it is put, and whether that is counted from the bed.
-fn regions(case: &Case) -> Vec<(Region, bool)> {
+/// A liquid where it is put beside a `bed` of this height \[m], and whether that is counted from the bed.
+fn regions(case: &Case, bed: Real) -> Vec<(Region, bool)> {
     let placed = |liquid: &LiquidRegion| {
         let above = matches!(liquid.placement, Placement::AboveBed { .. });
-        (liquid.region.moved(origin_of(liquid, case.bed.axis, 0.0)).geometry(), above)
+        (liquid.region.moved(origin_of(liquid, case.bed.axis, bed)).geometry(), above)
     };
     case.liquids.iter().map(placed).collect()
 }

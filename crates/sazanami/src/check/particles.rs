@@ -5,13 +5,11 @@ use sazanami_numerics::{Real, Vector};
 use serde::Serialize;
 
 use super::bed_flow::{BedReport, bed_flow};
-use super::volumes::volume_within;
+use super::volumes::{solid, volume_within};
 use super::waves::{TankReport, is_wall, tank};
-use super::{CostModel, PACKED_SPHERES, overlapping};
+use super::{CostModel, overlapping};
 use crate::assembly::particles;
-use crate::case::meaning::{
-    Case, FluidName, GrainPlacement, LiquidRegion, Particles, Placement, Population, Preparation, Solver,
-};
+use crate::case::meaning::{Case, FluidName, LiquidRegion, Particles, Placement, Preparation, Solver};
 
 /// Memory of a bin, with its part of the coarse pressure equation \[bytes].
 const MEMORY_BIN: Real = 75.0;
@@ -55,25 +53,6 @@ fn fluid(case: &Case, particles: &Particles) -> usize {
     let liquids = left.filter(|(liquid, _)| liquid.fluid == FluidName::Liquid);
     let liquid: Real = liquids.map(|(liquid, taken)| volume_within(case, liquid).unwrap_or(box_) * (1.0 - taken)).sum();
     ((liquid - solid(case)).max(0.0) / particles.spacing.powi(3)).round() as usize
-}
-
-/// Volume of the grains, after a bed was levelled [m^3].
-fn solid(case: &Case) -> Real {
-    let of_population = |population: &Population| {
-        let count = levelled(case, population).or(population.count).unwrap_or_default();
-        count as Real * population.shape.volume().unwrap_or_default() * population.size.mean_cube()
-    };
-    case.grains.iter().map(of_population).sum()
-}
-
-/// Grains of a population that stay when its bed is levelled, about: those whose tops lie below the level.
-pub(crate) fn levelled(case: &Case, population: &Population) -> Option<usize> {
-    let GrainPlacement::Packed(how) = &population.placement else { return None };
-    let size = population.shape.size()? * population.size.mean();
-    let volume = population.shape.volume()? * population.size.mean_cube();
-    let extent = case.domain.extent();
-    let solid = PACKED_SPHERES * extent.x * extent.y * (how.level? - size).max(0.0);
-    Some(((solid / volume).round() as usize).min(population.count.unwrap_or(usize::MAX)))
 }
 
 /// Volume of a liquid within the box [m^3]; among moving particles without its share of the grains that lie in it.

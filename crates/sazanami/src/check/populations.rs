@@ -4,7 +4,7 @@ use sazanami_dem::{Body, Bumps};
 use sazanami_numerics::Real;
 
 use super::substeps::moves;
-use super::{BumpReport, PopulationReport, particles};
+use super::{BumpReport, PopulationReport, volumes};
 use crate::assembly::shapes::shape_of;
 use crate::case::meaning::{Case, ContactSphereChoice, Exchange, Population, Solver};
 
@@ -53,7 +53,7 @@ fn population_report(case: &Case, population: &Population, facts: &ShapeFacts) -
     PopulationReport {
         name: population.name.clone(),
         grains: population.grains().or(facts.grains),
-        levelled: particles::levelled(case, population),
+        levelled: volumes::levelled(case, population),
         contact_spheres: facts.contact_spheres.or_else(|| spheres_of(population)),
         size_m: size,
         cells_per_grain: size.map(|size| size / case.domain.spacing().max_element()),

@@ -9,7 +9,7 @@ use sazanami_mps::scheme::Turbulence;
 use super::bed_flow::bed_flow;
 use super::limits::swing_of_water;
 use super::number;
-use super::particles::levelled;
+use super::volumes::levelled;
 use super::waves::tank;
 use crate::case::meaning::{Case, Placement, ProbePlace, Solver};
 use crate::case::units::rounded;

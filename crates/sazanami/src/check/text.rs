@@ -5,8 +5,10 @@ use std::fmt::Write as _;
 use sazanami_mics::grains::RESOLVED;
 use sazanami_numerics::Real;
 
+use super::substeps::longest_substep;
 use super::{BedReport, CheckReport, ImpactReport, RanksReport, SubstepCause, TankReport, bytes, number};
 use crate::amounts::{self, length};
+use crate::assembly::grains::wet_interactions;
 use crate::case::meaning::{Case, GrainPlacement, RunEnd, SIDE_NAMES, Substeps};
 use crate::case::units::rounded;
 use crate::progress::duration;
@@ -170,9 +172,27 @@ fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
             None => writeln!(text, "exchange      {}", exchange.scheme),
         };
     }
+    film(text, case, report);
     for pair in &case.contacts {
         let _ = writeln!(text, "contact       {}/{}: {}", pair.a, pair.b, pair.law);
     }
+}
+
+fn film(text: &mut String, case: &Case, report: &CheckReport) {
+    let Some(roughness) = case.film_roughness() else { return };
+    let _ =
+        write!(text, "film          between spheres that do not touch, down to a roughness of {}", length(roughness));
+    let longest = longest_substep(case, &report.populations, &wet_interactions(case));
+    if let Some(longest) = longest.filter(|longest| longest.whole_film < longest.film) {
+        let _ = write!(
+            text,
+            "; cut to what sub-steps of {:.1e} s bear, `film_roughness = \"{} um\"` takes all of it and {:.1e} s",
+            longest.film,
+            number(1e6 * roughness, 3),
+            longest.whole_film
+        );
+    }
+    text.push('\n');
 }
 
 fn step(text: &mut String, case: &Case, report: &CheckReport) {

@@ -1,10 +1,11 @@
-//! Volumes of liquids where they are put.
+//! Volumes of liquids where they are put, and of grains.
 
 use sazanami_numerics::geometry::RegionFractions;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
-use crate::case::meaning::{Case, LiquidRegion, Placement, Region};
+use super::PACKED_SPHERES;
+use crate::case::meaning::{Case, GrainPlacement, LiquidRegion, Placement, Population, Region};
 
 /// Cells along each edge of a region without a formula: its volume is then known to about a thousandth.
 const CELLS: usize = 24;
@@ -30,4 +31,23 @@ pub(super) fn volume_within(case: &Case, liquid: &LiquidRegion) -> Option<Real> 
     let place = |n: usize| [n % CELLS, n / CELLS % CELLS, n / (CELLS * CELLS)].map(|n| n as isize);
     let filled: Real = (0..CELLS.pow(3)).map(place).map(|[i, j, k]| cells.fraction(i, j, k)).sum();
     Some(room * filled / CELLS.pow(3) as Real)
+}
+
+/// Volume of the grains, after a bed was levelled [m^3].
+pub(super) fn solid(case: &Case) -> Real {
+    let of_population = |population: &Population| {
+        let count = levelled(case, population).or(population.count).unwrap_or_default();
+        count as Real * population.shape.volume().unwrap_or_default() * population.size.mean_cube()
+    };
+    case.grains.iter().map(of_population).sum()
+}
+
+/// Grains of a population that stay when its bed is levelled, about: those whose tops lie below the level.
+pub(crate) fn levelled(case: &Case, population: &Population) -> Option<usize> {
+    let GrainPlacement::Packed(how) = &population.placement else { return None };
+    let size = population.shape.size()? * population.size.mean();
+    let volume = population.shape.volume()? * population.size.mean_cube();
+    let extent = case.domain.extent();
+    let solid = PACKED_SPHERES * extent.x * extent.y * (how.level? - size).max(0.0);
+    Some(((solid / volume).round() as usize).min(population.count.unwrap_or(usize::MAX)))
 }

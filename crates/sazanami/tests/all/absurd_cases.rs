@@ -479,3 +479,56 @@ fn densities_of_another_unit_and_peaks_of_records_are_said() {
     std::fs::remove_file(first).unwrap();
     std::fs::remove_file(second).unwrap();
 }
+
+#[test]
+fn magnitudes_that_nobody_means_are_said() {
+    let periodic = "boundary.x1=periodic";
+    let doubted: &[(&str, &[&str], &str)] = &[
+        (RAINDROP, &["gravity=1e6 m/s^2"], "gravity of"),
+        (RAINDROP, &["gravity=2e-8 m/s^2"], "less than that in orbit"),
+        (RAINDROP, &["fluid.liquid.kinematic_viscosity=1e-13 m^2/s"], "a viscosity of 1e-10 Pa s"),
+        (RAINDROP, &["fluid.gas.density=1e-9 kg/m^3"], "that of a vacuum"),
+        (RAINDROP, &["fluid.gas.kinematic_viscosity=1e12 m^2/s"], "more than that of pitch"),
+        (RAINDROP, &["grains.0.mass_override=1 kg"], "heavier than osmium"),
+        (
+            RAINDROP,
+            &["drive.acceleration=[\"1e-12 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"]", periodic],
+            "too small to move anything",
+        ),
+        (RAINDROP, &["drive.mean_velocity=[\"1e-12 m/s\", \"0 m/s\", \"0 m/s\"]", periodic], "slower than creep"),
+        (RAINDROP, &["boundary.x3_upper={ fixed_pressure = { pressure = \"1e13 Pa\" } }"], "more than any sea has"),
+        (RIPPLES, &["frame.motion.amplitude=[\"1e-12 m\", \"0 m\", \"0 m\"]"], "less than a thousand atoms"),
+        (RIPPLES, &["frame.motion.frequency=1e-9 Hz"], "slower than any tide"),
+        (
+            DAM_BREAK,
+            &["solver=mics", "liquid=[]", "fluid.surface_tension=0.07 N/m"],
+            "`fluid.surface_tension` does nothing",
+        ),
+        (
+            DAM_BREAK,
+            &["solver=mics", "liquid=[]", "drive.mean_velocity=[\"1 m/s\", \"0 m/s\", \"0 m/s\"]", periodic],
+            "`drive.mean_velocity` does nothing",
+        ),
+        (DAM_BREAK, &["solver=mics", "dem.substeps=10"], "`dem.substeps` does nothing"),
+    ];
+    for (case, changes, words) in doubted {
+        let (_, texts) = findings(case, changes);
+        assert!(texts.iter().any(|text| text.contains(words)), "{changes:?}: {texts:#?}");
+    }
+    all_reported(
+        false,
+        &[
+            (RAINDROP, "gravity=9.8e-12 m/s^2", "gravity of 9.8e-12 m/s^2"),
+            (RAINDROP, "domain.size=[\"2e9 mm\", \"18 mm\", \"10 mm\"]", "larger than any lake of grains"),
+            (DAM_BREAK, "domain.size=[\"1e-12 m\", \"1e-12 m\", \"1e-12 m\"]", "smaller than any grain"),
+        ],
+    );
+    // Control: the cases as they are, and none of these quantities, are not doubted.
+    for (case, changes) in
+        [(RAINDROP, &[][..]), (RIPPLES, &[]), (DAM_BREAK, &["solver=mics"]), (RAINDROP, &["gravity=0 m/s^2"])]
+    {
+        let texts = findings(case, changes).1;
+        let doubts = |text: &&String| text.contains("not doubted") || text.contains("does nothing");
+        assert!(!texts.iter().any(|text| doubts(&text)), "{case} {changes:?}: {texts:#?}");
+    }
+}

@@ -157,6 +157,32 @@ fn a_gradient_of_pressure_acts_on_grains_by_the_water_that_they_displace() {
     }
 }
 
+/// Held spheres whose drag stops water within 0.5 ms, and water that is to flow through them at 5 mm/s.
+const BED: &str = include_str!("../cases/driven-bed.toml");
+
+#[test]
+fn a_mean_velocity_through_a_bed_is_reached_within_a_few_answers() {
+    let scratch = Scratch::new("bed");
+    // Against the weight of the water too.
+    for (solver, gravity) in [("mps", "0 m/s^2"), ("mps", "9.8 m/s^2"), ("mics", "9.8 m/s^2")] {
+        let ran = |name: &str, answer: &str| {
+            let folder = scratch.join(&format!("{solver}-{name}-{}", gravity.len()));
+            let words = [format!("solver={solver}"), format!("gravity={gravity}"), format!("drive.answer={answer}")];
+            let words = [&words.each_ref().map(String::as_str)[..], &["drive.ramp=50 ms"]].concat();
+            start(&load(BED, &words), &folder, On::threads(2)).unwrap_or_else(|error| panic!("{error}"));
+            Left::in_folder(&folder)
+        };
+        let flow = ran("flow", "10 ms");
+        let (speed, times) = (flow.column("mean_velocity_3"), flow.column("time"));
+        let after = |time: Real| speed[times.iter().position(|t| *t >= time - 1e-9).expect("a row")] / 5e-3;
+        // Five answers after the ramp; it does not overshoot.
+        assert!(after(0.1) > 0.9 && (after(0.15) - 1.0).abs() < 0.01, "{solver}, {gravity}: {speed:?}");
+        assert!(speed[1..].iter().all(|u| *u < 5.1e-3), "{solver}, {gravity}: {speed:?}");
+        // Control: an answer ten times as slow is not there.
+        assert!(solver == "mics" || last(&ran("slow", "0.1 s"), "mean_velocity_3") < 4e-3, "{solver}, {gravity}");
+    }
+}
+
 #[test]
 fn a_restart_goes_on_with_the_force_as_it_was() {
     let scratch = Scratch::new("driven-restart");

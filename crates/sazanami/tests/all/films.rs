@@ -26,8 +26,6 @@ density = "7800 kg/m^3"
 normal_stiffness = "1e3 N/m"
 restitution = 0.9
 friction = 0.0
-[dem]
-film_roughness = "0.3 um"
 [[grains]]
 name = "b"
 shape.sphere = { diameter = "6 mm" }
@@ -77,7 +75,7 @@ fn a_bead_rebounds_as_measured() {
         assert!(found <= 1.0 && (name == "slow" || found > 0.4), "{name}: {found}");
     }
     // Control: without a film it rebounds too fast.
-    let rough = [&slow("0.25"), "run.until=25 ms", "dem.film_roughness=0.29 mm"];
+    let rough = [&slow("0.25"), "run.until=25 ms", "dem.film_roughness=none"];
     let [stokes, found] = rebound(&scratch.join("none"), 7800.0, &rough);
     assert!(found > fitted(stokes) + 0.15, "St {stokes}: {found}");
 }
@@ -101,7 +99,7 @@ fn a_film_keeps_momentum_and_bits() {
     let residual = one.column("momentum_residual_relative");
     assert!(residual.iter().all(|r| r.abs() < 1e-8), "{residual:?}");
     // Control: the film acts between them.
-    let bare = [&pair[..], &["dem.film_roughness=0.29 mm"]].concat();
+    let bare = [&pair[..], &["dem.film_roughness=none"]].concat();
     let without = ran(&scratch.join("bare"), &bare, On::threads(1));
     assert!(energy(&one) < 0.95 * energy(&without), "{} {}", energy(&one), energy(&without));
 }
@@ -113,7 +111,54 @@ fn films_that_cannot_be_on_a_grid_are_refused() {
         ("grains.0.shape={ box = { size = [\"6 mm\", \"6 mm\", \"6 mm\"] } }", "films are between spheres"),
         ("grains.0.contact_spheres=shell(50)", "films are between spheres"),
     ] {
-        let error = case::parse(Path::new("bead.toml"), BEAD, &[change.to_owned()]).expect_err("refused").to_string();
+        let changes = ["dem.film_roughness=0.3 um".to_owned(), change.to_owned()];
+        let error = case::parse(Path::new("bead.toml"), BEAD, &changes).expect_err("refused").to_string();
         assert!(error.contains(words), "{change}: {error}");
     }
+}
+
+#[test]
+fn films_are_where_spheres_meet_in_a_liquid() {
+    let film = |changes: &[&str]| {
+        let changes: Vec<String> = changes.iter().map(|change| (*change).to_owned()).collect();
+        case::parse(Path::new("bead.toml"), BEAD, &changes).expect("reads").case.film_roughness()
+    };
+    assert!((film(&[]).expect("a film") / 0.3e-6 - 1.0).abs() < 1e-9);
+    // Of tiny grains a part of the radius.
+    assert!((film(&["grains.0.shape.sphere.diameter=20 um"]).expect("a film") / 1e-7 - 1.0).abs() < 1e-9);
+    for none in [
+        &["dem.film_roughness=none"][..],
+        &["preset=paper_literal"],
+        &["grains.0.contact_spheres=shell(50)"],
+        &["grains.0.shape={ box = { size = [\"6 mm\", \"6 mm\", \"6 mm\"] } }"],
+        &["liquid=[]"],
+        &["grains.0.placement.list.0.motion=fixed"],
+    ] {
+        assert_eq!(film(none), None, "{none:?}");
+    }
+}
+
+/// A bead that falls in the gas above a liquid that it does not reach has the gas as its film.
+#[test]
+fn dry_grains_have_no_film_of_the_liquid() {
+    let scratch = Scratch::new("wet-dry");
+    // Upside down: the liquid is the lower third, the bead flies to the lid.
+    let dry = [
+        "gravity=0 m/s^2",
+        "liquid.0.region={ box = { lower = [\"0 mm\", \"0 mm\", \"0 mm\"], upper = [\"18 mm\", \"18 mm\", \"5 mm\"] } }",
+        "grains.0.placement.list.0.position=[\"9 mm\", \"9 mm\", \"14 mm\"]",
+        "grains.0.placement.list.0.velocity=[\"0 m/s\", \"0 m/s\", \"0.1 m/s\"]",
+        "run.until=20 ms",
+    ];
+    let speed = |name: &str, changes: &[&str]| {
+        ran(&scratch.join(name), &[&dry[..], changes].concat(), On::threads(2));
+        let probe = Table::read(&scratch.join(name).join("probes/b.csv"));
+        -probe.column("velocity_3").last().expect("rows")
+    };
+    let (with, without) = (speed("with", &[]), speed("without", &["dem.film_roughness=none"]));
+    assert!(without > 0.08 && (with / without - 1.0).abs() < 0.01, "{with} {without}");
+    // Control: in the liquid the film takes more than that.
+    let wet = ["liquid.0.region={ half_space = { point = [\"0 m\", \"0 m\", \"1 m\"] } }"];
+    let (with, without) = (speed("wet", &wet), speed("bare", &[&wet[..], &["dem.film_roughness=none"]].concat()));
+    assert!(with < 0.95 * without, "{with} {without}");
 }

@@ -73,6 +73,24 @@ fn water_of_any_shape_is_foretold() {
         let [foretold, poured] = particles(&scratch.join(&n.to_string()), &[change]);
         assert!((foretold / poured - 1.0).abs() < 0.08 && poured > 100.0, "{change}: {foretold}, {poured}");
     }
+    // A bubble whose place is counted from the bed, takes its place in the water that reaches there.
+    let volumes = |changes: &[&str]| -> [Real; 2] {
+        let text = TANK.replace("[preparation]\ncache = false\n", &GRAINS.replace("motion = \"fixed\"", "count = 100"));
+        let packed = ["grains.0.placement={ packed = {} }", "domain.size=[\"16 mm\",\"6 mm\",\"40 mm\"]"];
+        let loaded = load(&text, &[&packed[..], changes].concat());
+        let report = check::check(&loaded.case, Known::default(), &Machine::this(), 1, &CostModel::default());
+        [report.liquids[0].volume_m3.expect("a volume"), report.particles.expect("moving particles").fluid as Real]
+    };
+    let with = |place: &str| {
+        format!(
+            "liquid=[{{ region.box = {{ lower = [\"0 mm\", \"0 mm\", \"0 mm\"], upper = [\"16 mm\", \"6 mm\", \"14 mm\"] }} }}, \
+             {{ fluid = \"gas\", region.sphere.diameter = \"5 mm\", above_bed = \"{place}\" }}]"
+        )
+    };
+    let [[inside, fewer], [above, all]] = ["4 mm", "20 mm"].map(|place| volumes(&[&with(place)]));
+    let ball = std::f64::consts::PI / 6.0 * 125e-9;
+    assert!(((above - inside) / ball - 1.0).abs() < 0.1, "{above} {inside}");
+    assert!(((all - fewer) / (1e9 * ball) - 1.0).abs() < 0.1, "{all} {fewer}");
     // Control: the box, whose volume has a formula, to the particle.
     let [foretold, poured] = particles(&scratch.join("box"), &[]);
     assert_eq!([foretold, poured], [960.0; 2]);

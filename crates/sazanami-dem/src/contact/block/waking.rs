@@ -142,7 +142,7 @@ impl Block {
         let &Approach { pair: p, ends, offset, sum, size, .. } = approach;
         let pair = &self.pairs[p as usize];
         // Balls alone have films and bridges.
-        let touch = (TOUCH + context.reach) * size;
+        let touch = TOUCH * size + context.reach.of(size);
         let start = if pair.touching { pair.contacts as usize } else { self.contacts.len() };
         let mine = self.contacts[start..].iter().take_while(|c| c.pair == p);
         let known = |spheres: (u16, u16)| mine.clone().any(|c| (c.a, c.b) == spheres);
