@@ -1,5 +1,8 @@
 //! Checks of the surface tension of a case and of its contact angles.
 
+use std::ops::Range;
+
+use sazanami_mics::grains::Exchange;
 use sazanami_numerics::Real;
 
 use crate::case::Case;
@@ -53,6 +56,21 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     }
 }
 
+/// Reports a contact angle of grains that are not there, or that do not act by their surfaces.
+fn check_grains(case: &Case, span: Option<Range<usize>>, cx: &mut Context<'_>) {
+    if case.grains.is_empty() {
+        cx.report
+            .error_at(span, "a contact angle at grains, and there are none")
+            .label("liquid meets grains at it")
+            .help("leave it out, or add `[[grains]]`; walls have `x3_lower` and the like");
+    } else if case.coupling.exchange != Exchange::Surface {
+        cx.report
+            .error_at(span, "a contact angle at grains and `coupling.exchange = \"stress\"`")
+            .label("liquid lies within grains there: it has no line of contact")
+            .help("choose `exchange = \"surface\"`, or leave out `fluid.contact_angle.grains`");
+    }
+}
+
 /// Reports contact angles that are none, or that no wall has.
 fn check_angles(case: &Case, cx: &mut Context<'_>) {
     let Some(angles) = case.fluid.contact_angle else { return };
@@ -75,6 +93,10 @@ fn check_angles(case: &Case, cx: &mut Context<'_>) {
                 .warning(span.clone(), format!("a contact angle of {degrees} degrees is hardly resolved"))
                 .label("the wedge at the wall is longer than the columns of cells that its curvature comes from")
                 .help("angles from 20 to 160 degrees are");
+        }
+        if name == "grains" {
+            check_grains(case, span, cx);
+            continue;
         }
         let is_wall = |side: &BoundarySide| {
             matches!(side, BoundarySide::NoSlip | BoundarySide::Slip | BoundarySide::Moving { .. })

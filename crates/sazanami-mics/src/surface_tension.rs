@@ -14,13 +14,15 @@
 //!
 //! On a face kappa is the mean of the cells beside it that have an interface; that of cells where heights fail has a weight of C (1 - C). The
 //! interface meets walls at their contact angles, 90 degrees where none is given: it goes on behind them at that angle, and the pull of the
-//! walls is in the curvature beside them. Where grains are, the liquid fraction goes on in the covered part as the transport has it there,
-//! and the interface with it: there is no contact angle. Grains get their part of the jump with that of the pressure, the pull of the line
+//! walls is in the curvature beside them. Wide grains may have an angle too, at which the liquid is continued into them
+//! (`surface_tension/grains.rs`); the line of contact pulls at them. Where they have none, the liquid fraction goes on in the covered part as
+//! the transport has it there, and the interface with it. Such grains get their part of the jump with that of the pressure, the pull of the line
 //! in which the interface meets them included; between cells that grains cover whole there is none.
 
 mod columns;
 mod curvature;
 mod fit;
+mod grains;
 mod heights;
 
 use sazanami_numerics::domain::{Domain, GhostRules};
@@ -33,6 +35,8 @@ use crate::fluids::Fluids;
 use crate::interface::Plane;
 use crate::mobility::{Mobility, RowSet};
 use curvature::{Found, Surroundings, largest_curvature};
+use grains::Continued;
+pub use grains::WIDE;
 use heights::Heights;
 
 /// Curvature of a cell without one [1/m].
@@ -93,13 +97,14 @@ impl Curvatures {
         Self { kappa: domain.field(NONE), weight: domain.field(0.0) }
     }
 
-    /// Finds that of each cell from what is around it.
-    fn find(&mut self, domain: &Domain, around: &Surroundings<'_>) {
+    /// Finds that of each cell from what is around it, but in those that grains of the solid fraction `covers` cover whole.
+    fn find(&mut self, domain: &Domain, around: &Surroundings<'_>, covers: Option<&[Real]>) {
         let c = around.c;
         let fields = (self.kappa.data_mut(), self.weight.data_mut());
         domain.for_each_row(&domain.interior(), fields, |row, (kappa, weight)| {
             for ((kappa, weight), at) in kappa.iter_mut().zip(weight).zip(row.shifted(0)) {
-                (*kappa, *weight) = if !around.has_interface(at) {
+                let is_inside = covers.is_some_and(|alpha| alpha[at] >= COVERED);
+                (*kappa, *weight) = if is_inside || !around.has_interface(at) {
                     (NONE, 0.0)
                 } else if let Some((kappa, found)) = around.curvature(at) {
                     let by_fit = (c[at] * (1.0 - c[at])).max(LEAST_WEIGHT) as f32;
@@ -120,6 +125,8 @@ pub struct SurfaceTension {
     coefficient: Real,
     of: Curvature,
     heights: Heights,
+    /// The liquid in grains that have a contact angle, if there is one.
+    continued: Option<Continued>,
     /// One ghost layer filled.
     found: Curvatures,
     /// Jump of the pressure across the lower faces \[Pa].
@@ -140,12 +147,20 @@ impl SurfaceTension {
             coefficient,
             of,
             heights: Heights::new(domain, boundary),
+            continued: None,
             found: Curvatures::new(domain),
             jump: std::array::from_fn(|_| domain.field(0.0)),
             rows: Default::default(),
             ends,
             report: SurfaceTensionReport::default(),
         }
+    }
+
+    /// Gives grains of [`WIDE`] cells and more, if they act by their surfaces, the angle in the liquid at which the interface meets them
+    /// \[rad], between 0 and pi.
+    #[must_use]
+    pub fn with_angle_on_grains(self, domain: &Domain, boundary: &Boundary, angle: Real) -> Self {
+        Self { continued: Some(Continued::new(domain, boundary, angle)), ..self }
     }
 
     /// Surface tension [N/m].
@@ -200,14 +215,18 @@ impl SurfaceTension {
     /// Finds curvature and jump of the liquid in `flow`, ghosts of the liquid fraction filled; within what grains cover whole there is no
     /// jump: `solid` is the solid fraction, one ghost layer filled, if there are grains. Collective.
     pub fn find(&mut self, domain: &Domain, flow: &Flow, solid: Option<&[Real]>) {
-        let (c, strides) = (flow.volume_fraction.data(), domain.strides());
+        if let Some(continued) = &mut self.continued {
+            continued.find(domain, &flow.volume_fraction);
+        }
+        let liquid = self.continued.as_ref().map_or(&flow.volume_fraction, Continued::liquid);
+        let (c, strides) = (liquid.data(), domain.strides());
         let [_, n2, n3] = domain.cells();
         match self.of {
             Curvature::Given(kappa) => self.found.kappa.fill(kappa),
             Curvature::Found => {
-                self.heights.find(domain, &flow.volume_fraction);
+                self.heights.find(domain, liquid);
                 let around = Surroundings::new(domain, c, &self.heights);
-                self.found.find(domain, &around);
+                self.found.find(domain, &around, self.continued.as_ref().map(Continued::covers));
             }
         }
         let kappa = &self.found.kappa;
@@ -241,6 +260,52 @@ impl SurfaceTension {
             });
         }
         self.count(domain);
+    }
+
+    /// Takes note of the grains that have a contact angle, if there is one: `sum` adds their solid fraction and surface over the volume of
+    /// the cells [1/m] to the first two of three fields of zeros. Collective.
+    pub(crate) fn place_grains(&mut self, domain: &Domain, sum: impl FnOnce([&mut Field<Real>; 3])) {
+        if let Some(continued) = &mut self.continued {
+            continued.place(domain, sum);
+        }
+    }
+
+    /// Gives grains that have a contact angle the pull of the line of contact over `dt` \[s], on their surface in each cell, instead of
+    /// half of the jump across each face times the part of the cell that is not `open`: impulses per volume [N s/m^3]. Half whatever the
+    /// densities, by which the cells got it: the line of contact would stand in the liquid otherwise, by a third of a cell. Returns the impulse over
+    /// all ranks [N s]. Collective.
+    pub(crate) fn pull_grains(
+        &self,
+        domain: &Domain,
+        open: &[Real],
+        dt: Real,
+        [on_surface, given]: [[&mut Field<Real>; 3]; 2],
+    ) -> Vector {
+        let Some(continued) = &self.continued else { return Vector::ZERO };
+        let pulled = continued.add_pull(domain, self.coefficient, dt, on_surface);
+        let (strides, half) = (domain.strides(), 0.5 * dt / domain.grid().spacing);
+        let of = |d: usize, at: usize| {
+            let jump = self.jump[d].data();
+            let covered = if continued.holds_grain(at) { 1.0 - open[at] } else { 0.0 };
+            covered * half[d] * (jump[at] + jump[at + strides[d] as usize])
+        };
+        let [g1, g2, g3] = given.map(Field::data_mut);
+        domain.for_each_row(&domain.interior(), (g1, g2, g3), |row, (g1, g2, g3)| {
+            if self.rows[1].holds(row.j, row.k) {
+                for (d, given) in [g1, g2, g3].into_iter().enumerate() {
+                    given.iter_mut().zip(row.shifted(0)).for_each(|(given, at)| *given -= of(d, at));
+                }
+            }
+        });
+        let taken = domain.sum_rows(&domain.interior(), |row| {
+            let mut sum = [0.0; 3];
+            if self.rows[1].holds(row.j, row.k) {
+                row.shifted(0).for_each(|at| (0..3).for_each(|d| sum[d] += of(d, at)));
+            }
+            sum
+        });
+        let all = pulled - Vector::from_array(taken) * domain.grid().cell_volume();
+        Vector::from_array(domain.sum(all.to_array()))
     }
 
     /// Counts what the curvature was found from.

@@ -1,12 +1,12 @@
-//! `[fluid.contact_angle]`: angles at which liquid meets the walls of the box.
+//! `[fluid.contact_angle]`: angles at which liquid meets the walls of the box, and grains.
 
 use sazanami_case_derive::Keys;
 use sazanami_numerics::Real;
 
 use super::BoundarySide;
 
-/// Contact angles at the walls of the box, measured in the liquid: less than 90 degrees where it wets. The more special key wins; a wall
-/// without one is met at 90 degrees. Needs `fluid.surface_tension`.
+/// Contact angles at the walls of the box and at grains, measured in the liquid: less than 90 degrees where it wets. The more special key
+/// wins; a wall without one is met at 90 degrees. Needs `fluid.surface_tension`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Keys)]
 pub struct ContactAngles {
     /// At all walls that hold the fluid (`no_slip`, `moving`); `slip` walls, which may be planes of symmetry, have to be named.
@@ -39,12 +39,16 @@ pub struct ContactAngles {
     /// At the top.
     #[key(unit = "rad")]
     pub x3_upper: Option<Real>,
+    /// At grains that are eight cells wide or more; `all` does not mean them. Through narrower ones the interface goes as it comes. Only with
+    /// `coupling.exchange = "surface"`.
+    #[key(unit = "rad")]
+    pub grains: Option<Real>,
 }
 
 impl ContactAngles {
-    /// What is given, with the name of its key and the sides that it names (`[direction, 0 lower or 1 upper]`; `all` names none).
+    /// What is given, with the name of its key and the sides that it names (`[direction, 0 lower or 1 upper]`; `all` and `grains` name none).
     pub(crate) fn given(&self) -> impl Iterator<Item = (&'static str, Real, &'static [[usize; 2]])> {
-        let list: [(_, _, &[[usize; 2]]); 10] = [
+        let list: [(_, _, &[[usize; 2]]); 11] = [
             ("all", self.all, &[]),
             ("x1", self.x1, &[[0, 0], [0, 1]]),
             ("x2", self.x2, &[[1, 0], [1, 1]]),
@@ -55,6 +59,7 @@ impl ContactAngles {
             ("x2_upper", self.x2_upper, &[[1, 1]]),
             ("x3_lower", self.x3_lower, &[[2, 0]]),
             ("x3_upper", self.x3_upper, &[[2, 1]]),
+            ("grains", self.grains, &[]),
         ];
         list.into_iter().filter_map(|(name, angle, sides)| angle.map(|angle| (name, angle, sides)))
     }

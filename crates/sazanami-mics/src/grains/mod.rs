@@ -76,6 +76,8 @@ const _: () = assert!(size_of::<CouplingState>() == size_of::<[Real; ATTACHED]>(
 pub struct GrainPhase {
     engine: Engine,
     shapes: Arc<[Shape]>,
+    /// Least extent of each shape \[m].
+    widths: Vec<Real>,
     coupling: Coupling,
     imprint: Imprint,
     surface: Surface,
@@ -111,6 +113,7 @@ impl GrainPhase {
         let cells = if at_first == 0 && !engine.expects_arrivals() { [0; 3] } else { domain.cells() };
         let mut phase = Self {
             engine,
+            widths: shapes.iter().map(|shape| (shape.extent().1 - shape.extent().0).min_element()).collect(),
             shapes,
             coupling,
             imprint: Imprint::new(cells, coupling.volume_fraction).with_areas(surfaces),
@@ -157,6 +160,19 @@ impl GrainPhase {
         }
         self.imprint.fill_halos(domain);
         Some(self.imprint.solid_fraction.data())
+    }
+
+    /// Sums solid fraction and surface over the volume of the cells [1/m] of the grains of `cells` cells and wider into the first two of
+    /// three fields of zeros, if they act by their surfaces.
+    pub(crate) fn sum_wide(&self, domain: &Domain, cells: Real, into: [&mut Field<Real>; 3]) {
+        if !self.has_surfaces() {
+            return;
+        }
+        let (grains, least) = (self.engine.grains(), cells * domain.grid().spacing.max_element() / ROUND_UP);
+        self.imprint.sum_shares(domain, into, |n, share| {
+            let is_wide = self.widths[grains.shape[n] as usize] * grains.scale[n] >= least;
+            if is_wide { Vector::new(share.fraction, share.wetted.into(), 0.0) } else { Vector::ZERO }
+        });
     }
 
     /// Force of the fluid on each owned grain in the last step \[N].

@@ -175,6 +175,11 @@ impl Room {
         &self.given
     }
 
+    /// The open part of the cells, by place in memory, and the momentum for the grains of each cell for writing, per volume [N s/m^3].
+    pub fn open_and_given(&mut self) -> (&[Real], [&mut Field<Real>; 3]) {
+        (self.open.data(), self.given.each_mut())
+    }
+
     /// Forgets what has been given, and the weight of the fluid on the covered part times the time [N s].
     pub fn take_given(&mut self, domain: &Domain) -> Vector {
         let [g1, g2, g3] = self.given.each_mut().map(Field::data_mut);

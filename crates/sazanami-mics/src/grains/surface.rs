@@ -165,6 +165,11 @@ impl Surface {
         (self.friction.data(), self.velocity.each_ref().map(Field::data), &self.beside)
     }
 
+    /// Momentum for the surfaces of the grains in each cell, per volume [N s/m^3], for writing.
+    pub(crate) fn taken_mut(&mut self) -> [&mut Field<Real>; 3] {
+        self.taken.each_mut()
+    }
+
     /// Adds what the friction of a pass took from the fluid, per volume [N s/m^3].
     pub(crate) fn add_taken(&mut self, domain: &Domain, taken: [&Field<Real>; 3]) {
         let Self { taken: [t1, t2, t3], beside, .. } = self;

@@ -13,6 +13,7 @@ use crate::mobility::Closing;
 use crate::pass::Pass;
 use crate::pressure::Projection;
 use crate::stability::Step;
+use crate::surface_tension::WIDE;
 
 impl Solver {
     /// Advances flow, interface and grains by `dt` \[s], at most `step.dt`. `watch` is called at the start of each phase.
@@ -36,7 +37,7 @@ impl Solver {
             watch(Phase::Pressure);
             pass.project(&mut report)?;
             watch(Phase::Coupling);
-            pass.load();
+            pass.load(&mut report);
         }
         let Self { domain, boundary, flow, grains, room, projection, settings, .. } = self;
         report.impulses += grains.load(domain, room.as_mut(), gravity, dt);
@@ -175,7 +176,8 @@ impl<'a> FluidPass<'a> {
             let closing = Closing { response, before, cut: Some(&cut), ..closing };
             self.projection.close_faces(domain, boundary, closing, self.flow, dt);
         }
-        if self.projection.tension.is_some() {
+        if let Some(tension) = &mut self.projection.tension {
+            tension.place_grains(domain, |into| self.grains.sum_wide(domain, WIDE, into));
             let solid = self.grains.filled_fraction(domain);
             self.projection.find_jumps(domain, self.flow, solid);
         }
@@ -186,7 +188,7 @@ impl<'a> FluidPass<'a> {
     }
 
     /// The part of the pass in the loads of phase 5: what the projection moved the surfaces by, and the stress.
-    fn load(&mut self) {
+    fn load(&mut self, report: &mut StepReport) {
         let Self { now, flow, projection, grains, room, .. } = self;
         let Pass { domain, gravity, dt, .. } = *now;
         if let Some(acceleration) = &self.acceleration {
@@ -199,6 +201,11 @@ impl<'a> FluidPass<'a> {
         }
         if let Some(room) = room {
             room.hand_over(domain, grains.covered(), flow, gravity * dt);
+            if let (Some(tension), Some(surface)) = (&projection.tension, grains.surface_mut()) {
+                let (open, given) = room.open_and_given();
+                let into = [surface.taken_mut(), given];
+                report.impulses.surface_tension += tension.pull_grains(domain, open, dt, into);
+            }
         }
         let gradient = projection.gradient(&flow.density);
         grains

@@ -77,7 +77,11 @@ pub fn settings(case: &Case) -> Settings {
 /// Surface tension of the case, if it has any.
 pub(crate) fn surface_tension(case: &Case, domain: &Domain, boundary: &Boundary) -> Option<SurfaceTension> {
     let coefficient = surface_tension_coefficient(case)?;
-    Some(SurfaceTension::new(domain, boundary, coefficient, Curvature::Found))
+    let tension = SurfaceTension::new(domain, boundary, coefficient, Curvature::Found);
+    Some(match case.fluid.contact_angle.and_then(|angles| angles.grains) {
+        Some(angle) => tension.with_angle_on_grains(domain, boundary, angle),
+        None => tension,
+    })
 }
 
 /// Surface tension [N/m], if there is any.
