@@ -145,6 +145,7 @@ pub const CASES: &[Case] = &[
     case!("mps-shaken-tank", with "mps-shaken-tank"),
     case!("mps-standing-wave"),
     case!("mps-sloshing-grain"),
+    case!("mps-sloshing-bed"),
     case!("mps-viscous-walls", with "mps-viscous-walls"),
     case!("mps-dam-break-lobovsky", with "mps-dam-break-lobovsky"),
     case!("mps-stretching-drop", with "mps-stretching-drop"),

@@ -2,8 +2,9 @@
 //!
 //! Left alone, residue keeps pure cells on the slow path of interface cells. The liquid of a residue,
 //! with its momentum, is moved to the neighbouring interface cell nearest to half full (the receiver);
-//! the total is unchanged. A residue without a receiver is clipped and its volume reported; a fraction
-//! further out of range without one is left and counted.
+//! the total is unchanged. Residues without a receiver, which the projection's tolerance leaves inside the liquid and
+//! the gas, are shared among all interface cells of the box by their `C (1 - C)`. Where there is none they are clipped and
+//! their volume reported. A fraction further out of range without a receiver is left and counted.
 
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::GHOSTS;
@@ -17,15 +18,17 @@ const LARGEST: Real = 1e-3;
 /// Least `C (1 - C)` of a receiver, and the least ratio of that to the residue.
 const LEAST_RECEIVER: Real = 1e-6;
 const RECEIVER_TO_RESIDUE: Real = 40.0;
+/// Largest part of its `C (1 - C)` that an interface cell takes of the residues without a receiver.
+const LARGEST_SHARE: Real = 1e-6;
 
 /// Liquid fractions outside the range 0 to 1, or within 1e-9 of its ends, after a transport.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ResidueReport {
-    /// Residues moved to a neighbouring interface cell.
+    /// Residues moved to interface cells.
     pub moved_cells: u64,
     /// Sum of their absolute volumes [m^3].
     pub moved_volume: Real,
-    /// Residues clipped for want of a receiver.
+    /// Residues clipped for want of an interface.
     pub clipped_cells: u64,
     /// Liquid volume added by clipping (negative: removed) [m^3].
     pub clipped_volume: Real,
@@ -79,13 +82,24 @@ struct Change {
 
 struct PlaneOfChanges {
     changes: Vec<Change>,
+    /// Interface cells with their `C (1 - C)`.
+    interface: Vec<(usize, Real)>,
     report: ResidueReport,
+}
+
+/// What each interface cell gets of the residues without a receiver, per `C (1 - C)`.
+#[derive(Default)]
+struct Share {
+    fraction: Real,
+    /// Momentum density [kg/(m^2 s)].
+    momentum: Vector,
+    density: [Real; 2],
 }
 
 impl PlaneOfChanges {
     /// Room for what a plane usually needs: the list seldom grows during a run.
     fn new() -> Self {
-        Self { changes: Vec::with_capacity(256), report: ResidueReport::default() }
+        Self { changes: Vec::with_capacity(256), interface: Vec::with_capacity(256), report: ResidueReport::default() }
     }
 }
 
@@ -93,6 +107,7 @@ impl PlaneOfChanges {
 #[derive(Default)]
 pub(crate) struct Collector {
     planes: Vec<PlaneOfChanges>,
+    share: Share,
 }
 
 /// Fields to search; all ghosts of `c` and the first of `u` must be filled.
@@ -146,8 +161,9 @@ impl Collector {
         let volume = domain.grid().cell_volume();
         let neighbours = Neighbours::new(domain);
         for_each_chunk(&mut self.planes[..], 1, |k, planes| {
-            let PlaneOfChanges { changes, report } = &mut planes[0];
+            let PlaneOfChanges { changes, interface, report } = &mut planes[0];
             changes.clear();
+            interface.clear();
             *report = ResidueReport::default();
             for j in 0..domain.cells()[1] {
                 let start =
@@ -164,12 +180,25 @@ impl Collector {
                         *report = report.and(residue);
                     } else if c * (1.0 - c) > LEAST_RECEIVER && view.is_open(start + i) {
                         neighbours.receive(view, cell, start + i, changes);
+                        interface.push((start + i, c * (1.0 - c)));
                     }
                 }
             }
         });
         let report = self.planes.iter().fold(ResidueReport::default(), |sum, plane| sum.and(plane.report));
-        report.over_ranks(domain)
+        let mut report = report.over_ranks(domain);
+        let interface = self.planes.iter().flat_map(|plane| &plane.interface).map(|(_, weight)| weight).sum();
+        let [interface] = domain.sum([interface]);
+        let fraction = -report.clipped_volume / (volume * interface);
+        self.share = Share::default();
+        if report.clipped_cells > 0 && fraction.abs() <= LARGEST_SHARE {
+            let momentum = -report.clipped_momentum / (volume * interface);
+            self.share = Share { fraction, momentum, density: view.density };
+            report.moved_cells += std::mem::take(&mut report.clipped_cells);
+            report.moved_volume += std::mem::take(&mut report.clipped_volume).abs();
+            report.clipped_momentum = Vector::ZERO;
+        }
+        report
     }
 
     /// Makes the changes found on this rank.
@@ -179,6 +208,18 @@ impl Collector {
             c[change.at] = change.fraction;
             if let Some(v) = change.velocity {
                 (u1[change.at], u2[change.at], u3[change.at]) = (v.x, v.y, v.z);
+            }
+        }
+        let Share { fraction, momentum, density } = self.share;
+        if fraction == 0.0 && momentum == Vector::ZERO {
+            return;
+        }
+        for &(at, weight) in self.planes.iter().flat_map(|plane| &plane.interface) {
+            let before = density[0] + density[1] * c[at];
+            c[at] += fraction * weight;
+            let after = density[0] + density[1] * c[at];
+            for (u, momentum) in [&mut *u1, &mut *u2, &mut *u3].into_iter().zip(momentum.to_array()) {
+                u[at] = (before * u[at] + weight * momentum) / after;
             }
         }
     }
@@ -294,7 +335,7 @@ mod tests {
         c[[0, 1, 1]] = 0.5;
         c[[3, 1, 1]] = 3e-10; // neighbour across the periodic seam
         c[[1, 2, 1]] = -1e-7;
-        c[[2, 0, 3]] = 5e-10; // without a receiver: clipped
+        c[[2, 0, 3]] = 5e-10; // without a receiver: shared
         c[[1, 1, 1]] = 1.0 - 2e-12;
         u[0][[1, 2, 1]] = 5.0;
         for field in [&mut c].into_iter().chain(&mut u) {
@@ -319,15 +360,31 @@ mod tests {
         let report = collector.find(&domain, view);
         let [u1, u2, u3] = &mut u;
         collector.apply(c.data_mut(), [u1.data_mut(), u2.data_mut(), u3.data_mut()]);
-        assert_eq!((report.moved_cells, report.clipped_cells, report.out_of_range_cells), (3, 1, 1));
+        assert_eq!((report.moved_cells, report.clipped_cells, report.out_of_range_cells), (4, 0, 1));
         assert!((report.worst_excess - 1e-7).abs() < 1e-20);
         let after = totals(&c, &u);
-        let volume = domain.grid().cell_volume();
-        assert!((after[0] - before[0] - report.clipped_volume / volume).abs() < 1e-16);
+        assert!((after[0] - before[0]).abs() < 1e-15);
         for d in 0..3 {
-            let expected = before[1 + d] + report.clipped_momentum[d] / volume;
-            assert!((after[1 + d] - expected).abs() < 1e-12 * before[1 + d].abs().max(1.0), "{d}");
+            assert!((after[1 + d] - before[1 + d]).abs() < 1e-12 * before[1 + d].abs().max(1.0), "{d}");
         }
         assert_eq!((c[[3, 1, 1]], c[[1, 2, 1]], c[[2, 0, 3]], c[[1, 1, 1]]), (0.0, 0.0, 0.0, 1.0));
+    }
+    #[test]
+    fn residue_without_an_interface_is_clipped_and_reported() {
+        let domain = Domain::solo(Grid::new([4, 4, 4], Vector::ZERO, Vector::ONE), [false; 3]);
+        let mut c = domain.field(1.0);
+        let mut u = [domain.field(1.0), domain.field(0.0), domain.field(-2.0)];
+        c[[2, 0, 3]] = 1.0 - 5e-10;
+        let mut collector = Collector::default();
+        let view = View { c: c.data(), u: u.each_ref().map(|f| f.data()), density: [1.0, 999.0], open: None };
+        let report = collector.find(&domain, view);
+        let [u1, u2, u3] = &mut u;
+        collector.apply(c.data_mut(), [u1.data_mut(), u2.data_mut(), u3.data_mut()]);
+        let volume = 5e-10 * domain.grid().cell_volume();
+        assert_eq!((report.moved_cells, report.clipped_cells, c[[2, 0, 3]]), (0, 1, 1.0));
+        assert!((report.clipped_volume / volume - 1.0).abs() < 1e-6);
+        assert!(
+            (report.clipped_momentum - 999.0 * volume * Vector::new(1.0, 0.0, -2.0)).length() < 1e-6 * volume * 999.0
+        );
     }
 }

@@ -6,7 +6,8 @@
 //! that still water stays as it is. Rows that see a surface keep `G P` and `C P`: the pressure vanishes beyond the outermost
 //! particles as in clear water. Rows of clear water keep them too, but where there is no surface: what pushes particles to sparse places
 //! is the force of the pressure on them, and what is left of it beyond `P` is negative wherever the surface has sunk. There it would pull
-//! particles apart from one another, and the water swells.
+//! particles apart from one another, and the water swells. For the same reason the level is the lowest between grains and not the mean: what
+//! is left is nowhere negative.
 
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
@@ -18,7 +19,7 @@ use crate::ghosts::Ghosts;
 use crate::matrix::{Block, Row};
 use crate::neighbours::ROWS;
 use crate::particles::{Kind, Particles};
-use crate::reductions::{set_column, sum_of};
+use crate::reductions::{largest, set_column, sum_of};
 
 /// Force of a pressure that is the same everywhere, times the spacing, below which an arrangement counts as a lattice.
 const LEAST_FORCE: Real = 0.01;
@@ -43,7 +44,8 @@ pub(crate) struct Still {
 
 impl Still {
     /// Splits `P` off the pressure of the step before, where there are grains. Its gradient acts in rows between grains that see no surface,
-    /// in a `closed` box in those of clear water too; its level is the mean of that pressure beyond `rho b.x` in them.
+    /// in a `closed` box in those of clear water too; its level is the lowest of that pressure beyond `rho b.x` in them, in a closed box, where
+    /// a pressure has no level of its own, the mean.
     pub fn split(
         &mut self,
         step: &Context<'_>,
@@ -63,14 +65,14 @@ impl Still {
         let inside = |a: usize| (closed || bulk.inverse_void[a] > 1.0) && !rows[a].beside_surface;
         set_column(&mut self.exact, owned, |a| kind[a] == Kind::Fluid && inside(a));
         let (exact, old) = (&self.exact[..], &pressure[..]);
-        let [sum, number] = step
-            .domain
-            .sum(sum_of(owned, |a| if exact[a] { [old[a] - force.dot(position[a]), 1.0] } else { [0.0; 2] }));
+        let beyond = |a: usize| old[a] - force.dot(position[a]);
+        let [sum, number] = step.domain.sum(sum_of(owned, |a| if exact[a] { [beyond(a), 1.0] } else { [0.0; 2] }));
         self.splits = number > 0.0;
         if !self.splits {
             return;
         }
-        let level = sum / number;
+        let lowest = || -step.domain.max(largest(owned, |a| if exact[a] { -beyond(a) } else { Real::NEG_INFINITY }));
+        let level = if closed { sum / number } else { lowest() };
         let at = |a: usize| if kind[a] == Kind::Fluid { level + force.dot(position[a]) } else { 0.0 };
         set_column(&mut self.pressure, kind.len(), at);
         ghosts.refresh(step.domain, &mut self.pressure);

@@ -46,9 +46,9 @@ summed! {
 summed! {
     /// Corrections of the fluid on the grid, and deep contacts.
     Corrections, CORRECTIONS {
-        moved_cells: u64, "", "nearly empty or full cells whose remnant was given to the interface next to them";
+        moved_cells: u64, "", "nearly empty or full cells whose remnant was given to the interface";
         moved_volume: Real, "m^3", "volume of these remnants";
-        clipped_cells: u64, "", "nearly empty or full cells that were clipped";
+        clipped_cells: u64, "", "nearly empty or full cells that were clipped, for want of an interface";
         clipped_volume: Real, "m^3", "liquid volume that this added (negative: removed)";
         #[serde(default)]
         handed_on_volume: Real, "m^3", "liquid that grains displaced from full cells into neighbouring ones";
