@@ -107,6 +107,8 @@ pub const CASES: &[Case] = &[
     case!("drop-pressure"),
     case!("carried-drop"),
     case!("sessile-drop"),
+    case!("drop-on-sphere"),
+    case!("sphere-at-surface"),
     case!("capillary-rise", with "capillary-rise"),
     case!("capillary-wave", with "capillary-wave"),
     case!("oscillating-drop", file "../cases/examples/oscillating-drop.toml"),

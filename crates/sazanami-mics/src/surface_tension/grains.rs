@@ -10,7 +10,7 @@
 //! the liquid of the open part of a cell beside the surface; cells further in take the mean of those beside them, layer by layer. The
 //! liquid fraction of whole cells that it gives is what heights, curvature and jumps of the pressure see. Liquid continued into the solid:
 //! Afkhami and Bussmann (2008), Int. J. Numer. Meth. Fluids 57, 453; in cells that a surface cuts: Tavares, Josserand, Limare,
-//! Lopez-Herrera and Popinet (2024), Comput. Fluids 278, 106322.
+//! Lopez-Herrera and Popinet (2024), arXiv:2402.10185.
 //!
 //! The interface pulls at the line of contact with sigma a length along its own tangent `n_s sin(theta) - m cos(theta)`. With the liquid
 //! fraction C, whose gradient along the surface is `g`, pointing to the liquid, that is over the surface S of the grain
@@ -65,7 +65,8 @@ pub(super) struct Continued {
 }
 
 /// Behind sides of the box are no planes.
-const NONE_BEHIND: GhostRules = GhostRules { location: Location::Cell, sides: [[Ghost::Constant { value: 0.0 }; 2]; 3] };
+const NONE_BEHIND: GhostRules =
+    GhostRules { location: Location::Cell, sides: [[Ghost::Constant { value: 0.0 }; 2]; 3] };
 
 /// The 27 cells around one and including it, from that cell, and how far on in memory.
 fn around(strides: [isize; 3]) -> impl Iterator<Item = (Vector, isize)> {
@@ -429,7 +430,10 @@ mod tests {
                 assert!((found - place).abs() < 0.02, "{normal} {out} {surface} {place}: {found}");
                 // Negative control: taken for the whole cell it is elsewhere unless the planes are at right angles.
                 let whole = distance(normal, out, 0.0, c);
-                assert!(normal.dot(out).abs() < 0.1 || surface < -0.4 || (whole - place).abs() > 0.02, "{whole} {place}");
+                assert!(
+                    normal.dot(out).abs() < 0.1 || surface < -0.4 || (whole - place).abs() > 0.02,
+                    "{whole} {place}"
+                );
             }
         }
     }
@@ -437,8 +441,9 @@ mod tests {
     #[test]
     fn gradients_of_linear_fractions_are_exact() {
         let strides = [1, 3, 9];
-        let values: Vec<Real> =
-            (0..27).map(|n| 0.2 + 0.1 * f64::from(n % 3) - 0.05 * f64::from(n / 3 % 3) + 0.02 * f64::from(n / 9)).collect();
+        let values: Vec<Real> = (0..27)
+            .map(|n| 0.2 + 0.1 * f64::from(n % 3) - 0.05 * f64::from(n / 3 % 3) + 0.02 * f64::from(n / 9))
+            .collect();
         let exact = Vector::new(0.1, -0.05, 0.02);
         assert!((gradient(&values, 13, strides) - exact).length() < 1e-14);
         let mut alpha = vec![0.0; 27];

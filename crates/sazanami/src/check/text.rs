@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use sazanami_mics::grains::RESOLVED;
+use sazanami_mics::surface_tension::WIDE;
 use sazanami_numerics::Real;
 
 use super::substeps::longest_substep;
@@ -136,7 +137,15 @@ fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
                     length(size),
                     size / particles.spacing_m
                 ),
-                None => writeln!(text, "  resolution  {cells:.2} cells on the grain size {}", length(size)),
+                None => {
+                    let wets = case.fluid.contact_angle.is_some_and(|angles| angles.grains.is_some());
+                    let narrow = if wets && cells < WIDE * (1.0 - 1e-9) {
+                        "; below eight cells the interface meets it at no angle"
+                    } else {
+                        ""
+                    };
+                    writeln!(text, "  resolution  {cells:.2} cells on the grain size {}{narrow}", length(size))
+                }
             };
         }
         if let Some(mass) = population.mass_kg {

@@ -42,7 +42,9 @@ const OBLIQUE: &str = include_str!("../cases/equivalence-oblique.toml");
 
 const MIXED: &str = include_str!("../cases/equivalence-mixed.toml");
 
-const CASES: [Small; 9] = [
+const WETTED: &str = include_str!("../cases/equivalence-wetted.toml");
+
+const CASES: [Small; 10] = [
     Small {
         name: "drop_on_bed",
         apart: false,
@@ -74,6 +76,13 @@ const CASES: [Small; 9] = [
         text: MIXED,
         overrides: &[],
         perturbed: "grains.0.placement.lattice.jitter=1e-6",
+    },
+    Small {
+        name: "wetted",
+        apart: true,
+        text: WETTED,
+        overrides: &[],
+        perturbed: "fluid.contact_angle.grains=60.01 deg",
     },
     // The literal scheme: velocity form, stress alone, old pressure in the predictor, fixed steps with passes.
     Small {
@@ -263,5 +272,6 @@ equivalent! {
     a_moving_lid: "lid",
     a_rock_hit_obliquely: "oblique",
     mixed_shapes_and_sizes: "mixed",
+    a_drop_on_a_ball_at_an_angle: "wetted",
     the_literal_scheme: "literal",
 }

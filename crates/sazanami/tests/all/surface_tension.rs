@@ -2,6 +2,9 @@
 
 use std::path::Path;
 
+use sazanami::check::{self, CostModel, Known};
+use sazanami::machine::Machine;
+
 use crate::support::{On, Scratch, load, start};
 
 /// A quarter of a disc in a slice.
@@ -47,6 +50,30 @@ fn contact_angles_that_make_no_sense_are_refused_with_the_way_out() {
     assert!(symmetric.contains("none holds the fluid") && symmetric.contains("x3_lower"), "{symmetric}");
     // Negative control: named, a wall without friction has an angle.
     load(SLICE, &["fluid.contact_angle.x3_lower=60 deg"]);
+}
+
+#[test]
+fn contact_angles_of_grains_that_cannot_be_are_refused_or_told() {
+    const BALL: &str = include_str!("../cases/equivalence-wetted.toml");
+    let refusal = |text: &str, changes: &[&str]| {
+        let changes: Vec<String> = changes.iter().map(|text| (*text).to_owned()).collect();
+        sazanami::case::parse(Path::new("c.toml"), text, &changes).expect_err("refused").to_string()
+    };
+    let alone = refusal(SLICE, &["fluid.contact_angle.grains=60 deg"]);
+    assert!(alone.contains("a contact angle at grains, and there are none"), "{alone}");
+    let stress = refusal(BALL, &["coupling.exchange=stress"]);
+    assert!(stress.contains("coupling.exchange = \"stress\"") && stress.contains("surface"), "{stress}");
+    let flat = refusal(BALL, &["fluid.contact_angle.grains=180 deg"]);
+    assert!(flat.contains("between 0 and 180 degrees"), "{flat}");
+    let without = refusal(BALL, &["fluid.surface_tension=0 N/m"]);
+    assert!(without.contains("contact angles without surface tension"), "{without}");
+    // Negative control: the case itself is sound. `check` tells which of its grains is too narrow.
+    let told = |changes: &[&str]| {
+        let loaded = load(BALL, changes);
+        let report = check::check(&loaded.case, Known::default(), &Machine::this(), 1, &CostModel::default());
+        check::explain(&loaded.case, &report).matches("below eight cells the interface meets it at no angle").count()
+    };
+    assert_eq!([told(&[]), told(&["grains.1.shape.sphere.diameter=0.4 mm"])], [1, 0]);
 }
 
 #[test]
