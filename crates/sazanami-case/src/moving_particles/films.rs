@@ -3,12 +3,15 @@
 use crate::case::Case;
 use crate::presets::Solver;
 use crate::read::Context;
+use crate::tables::FILM_REACH;
 use crate::units::rounded;
 
 /// Reports a film that the solver or the grains cannot have.
 pub fn check(case: &Case, cx: &mut Context<'_>) {
     let Some(roughness) = case.film_roughness() else {
-        if let Some(place) = cx.places.of("dem.film_reach") {
+        // Cases are written with the default.
+        let is_another = case.dem.film_reach != FILM_REACH;
+        if let Some(place) = cx.places.of("dem.film_reach").filter(|_| is_another) {
             cx.report
                 .warning(Some(place), "`film_reach` has no effect without a film")
                 .label("there is no film")

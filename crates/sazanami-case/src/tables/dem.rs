@@ -13,7 +13,7 @@ use crate::value::{Range1, Value};
 use crate::write::{Paths, Written};
 
 /// Outer cut-off of the lubrication force: beyond it the drag law has what the liquid does.
-const FILM_REACH: Real = 0.1;
+pub(crate) const FILM_REACH: Real = 0.1;
 
 choices! {
     /// Rolling resistance.

@@ -92,11 +92,11 @@ fn allocates_nothing(exchange: Exchange) {
         };
         // Until every list has met its longest, and the grains lie on each other: no step has taken memory for long.
         let (mut first, mut quiet) = (0, 0);
-        for _ in 0..2000 {
+        for _ in 0..4000 {
             let count = step(false).0;
             first += count;
             quiet = if count == 0 { quiet + 1 } else { 0 };
-            if quiet == 240 {
+            if quiet == 600 {
                 break;
             }
         }

@@ -122,11 +122,16 @@ fn a_block_that_comes_to_rest_on_a_plate_under_water_does_not_end_the_run() {
     let scratch = Scratch::new("faces-water");
     let left = ran(&scratch.join("run"), UNDER_WATER, &[]);
     let probe = Table::read(&scratch.join("run").join("probes/a.csv"));
-    let last = |column: &str| *probe.column(column).last().expect("rows");
+    // Means over the last steps: contacts and water bear it by turns, by some per cent of its weight.
+    let late = |column: &str| {
+        let rows = probe.column(column);
+        let late = &rows[rows.len() / 2..];
+        late.iter().sum::<Real>() / late.len() as Real
+    };
     let weight = 2000.0 * 600e-9 * 9.81;
-    let borne = last("contact_force_3") + last("fluid_force_3");
-    assert!((borne / weight - 1.0).abs() < 0.02 && last("velocity_3").abs() < 1e-4, "{borne} of {weight}");
-    assert!(last("contact_force_3") > 0.3 * weight, "{}", last("contact_force_3"));
+    let borne = late("contact_force_3") + late("fluid_force_3");
+    assert!((borne / weight - 1.0).abs() < 0.02 && late("velocity_3").abs() < 1e-4, "{borne} of {weight}");
+    assert!(late("contact_force_3") > 0.3 * weight, "{}", late("contact_force_3"));
     assert_eq!(left.column("time").len(), 51);
 }
 
