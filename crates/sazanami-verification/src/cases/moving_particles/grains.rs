@@ -73,9 +73,10 @@ pub fn bed_load() -> Result<Vec<Measured>, String> {
         rows.push(Measured::new(format!("{name}: Shields number of the driving force"), found.shields));
         rows.push(Measured::new(format!("{name}: the same over that of the logarithmic law"), over));
         rows.push(Measured::new(format!("{name}: load"), found.load));
-        rows.push(Measured::new(format!("{name}: load over Wong and Parker"), found.load / found.by_wong_and_parker()));
-        // The grains of slower flows come to rest: there is no steady load to look at.
+        // The stress of slower flows is below the threshold of Wong and Parker, and their grains come to rest.
         if shields >= 0.4 {
+            let over = found.load / found.by_wong_and_parker();
+            rows.push(Measured::new(format!("{name}: load over Wong and Parker"), over));
             rows.push(Measured::new(format!("{name}: part of it two diameters deep"), found.deep / found.load));
             let change = found.halves[1] / found.halves[0];
             rows.push(Measured::new(format!("{name}: load of the second half over the first"), change));
