@@ -7,6 +7,7 @@ use sazanami_dem::ContactLaw;
 use sazanami_io::MeasuredProfile;
 use sazanami_io::readings::ReadingsError;
 use sazanami_mics::boundary::FluidName;
+use sazanami_mics::viscosity::ViscosityScheme;
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
 use sazanami_numerics::mean_flow::{ActsBy, MeanFlowSettings};
 use sazanami_numerics::{Real, Vector};
@@ -415,7 +416,8 @@ impl Case {
             FilmRoughness::Auto => {
                 let balls = self.grains.iter().all(Population::is_of_balls);
                 let moves = self.grains.iter().any(Population::has_free_grains);
-                let wet = self.fluid.liquid.viscosity > 0.0 && self.has_liquid();
+                let viscous = self.fluid.viscosity != ViscosityScheme::Off && self.fluid.liquid.viscosity > 0.0;
+                let wet = viscous && self.has_liquid();
                 if self.solver != Solver::Mics || !(balls && moves && wet) {
                     return None;
                 }

@@ -3,8 +3,8 @@
 //! Left alone, residue keeps pure cells on the slow path of interface cells. The liquid of a residue,
 //! with its momentum, is moved to the neighbouring interface cell nearest to half full (the receiver);
 //! the total is unchanged. Residues without a receiver, which the projection's tolerance leaves inside the liquid and
-//! the gas, are shared among all interface cells of the box by their `C (1 - C)`. Where there is none they are clipped and
-//! their volume reported. A fraction further out of range without a receiver is left and counted.
+//! the gas, are shared among all interface cells of the box by their `C (1 - C)`. Where there are none, or too few to take
+//! them, they are clipped and their volume reported. A fraction further out of range without a receiver is left and counted.
 
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::GHOSTS;
@@ -26,9 +26,9 @@ const LARGEST_SHARE: Real = 1e-6;
 pub struct ResidueReport {
     /// Residues moved to interface cells.
     pub moved_cells: u64,
-    /// Sum of their absolute volumes [m^3].
+    /// Sum of their absolute volumes, of those without a neighbour to take them the size of their sum [m^3].
     pub moved_volume: Real,
-    /// Residues clipped for want of an interface.
+    /// Residues clipped for want of an interface that takes them.
     pub clipped_cells: u64,
     /// Liquid volume added by clipping (negative: removed) [m^3].
     pub clipped_volume: Real,

@@ -7,7 +7,7 @@
 //! particles as in clear water. Rows of clear water keep them too, but where there is no surface: what pushes particles to sparse places
 //! is the force of the pressure on them, and what is left of it beyond `P` is negative wherever the surface has sunk. There it would pull
 //! particles apart from one another, and the water swells. For the same reason the level is the lowest between grains and not the mean: what
-//! is left is nowhere negative.
+//! is left of the pressure of the step before is nowhere negative between grains.
 
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;

@@ -130,7 +130,8 @@ fn a_block_that_comes_to_rest_on_a_plate_under_water_does_not_end_the_run() {
     };
     let weight = 2000.0 * 600e-9 * 9.81;
     let borne = late("contact_force_3") + late("fluid_force_3");
-    assert!((borne / weight - 1.0).abs() < 0.02 && late("velocity_3").abs() < 1e-4, "{borne} of {weight}");
+    let fastest = probe.column("velocity_3").iter().rev().take(10).fold(0.0, |a: Real, v| a.max(v.abs()));
+    assert!((borne / weight - 1.0).abs() < 0.02 && fastest < 1e-3, "{borne} of {weight}, {fastest} m/s");
     assert!(late("contact_force_3") > 0.3 * weight, "{}", late("contact_force_3"));
     assert_eq!(left.column("time").len(), 51);
 }
