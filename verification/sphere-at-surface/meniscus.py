@@ -6,7 +6,7 @@ u = sin of the slope,
     d(r u)/dr = r (z - zref)/L^2,   dz/dr = u/sqrt(1 - u^2),   L^2 = sigma/((rho_l - rho_g) g)
 
 from the line of contact at the angle psi from the lowest point of the sphere, where the slope is psi + theta - pi, to the wall; psi and zref are those with no slope at
-the wall and the volume of the liquid. Prints the references of `expected.toml`.
+the wall and the volume of the liquid. Prints the references of `expected.toml`: forces, and where a sphere floats.
 """
 import math
 
@@ -50,20 +50,25 @@ def solve(R,z0,theta,L,rout,volume):
         if s is None: return None
         a=R*math.sin(psi); zc=z0-R*math.cos(psi)
         return s[1]+math.pi*a*a*zc-cap(R,math.cos(psi))-volume
-    best=None; prev=None
-    for i in range(20,161,4):
-        psi=math.radians(i); e=excess(psi)
+    prev=None
+    for tenths in range(200,1610,13):
+        psi=math.radians(tenths/10); e=excess(psi)
         if prev is not None and e is not None and prev[1]*e<=0:
-            lo,hi=prev[0],psi; el=prev[1]
+            lo,hi,el=prev[0],psi,prev[1]
             for _ in range(40):
                 m=(lo+hi)/2; em=excess(m)
+                if em is None: break
                 if em*el>0: lo=m
                 else: hi=m
-            return m,zref_of(m)
+            else:
+                return m,zref_of(m)
         prev=(psi,e) if e is not None else None
+    return None
 def force(R,z0,theta,sigma,rho_l,rho_g,g,width,volume):
     L=math.sqrt(sigma/((rho_l-rho_g)*g)); rout=width/math.sqrt(math.pi)
-    psi,zr=solve(R,z0,theta,L,rout,volume)
+    found=solve(R,z0,theta,L,rout,volume)
+    if found is None: return None
+    psi,zr=found
     a=R*math.sin(psi); zc=z0-R*math.cos(psi); b=psi+theta-math.pi
     line=2*math.pi*a*sigma*math.sin(b)
     press=(rho_l-rho_g)*g*(cap(R,math.cos(psi))-math.pi*a*a*(zc-zr))+rho_g*g*4/3*math.pi*R**3
@@ -71,5 +76,15 @@ def force(R,z0,theta,sigma,rho_l,rho_g,g,width,volume):
 if __name__ == "__main__":
     R, W, SIGMA, LIQUID, GAS = 0.3e-3, 1.4e-3, 0.05, 1000.0, 1.0
     volume = W * W * 0.6e-3 - cap(R, (0.5e-3 - 0.6e-3) / R)
+    of = lambda z, theta: force(R, z, math.radians(theta), SIGMA, LIQUID, GAS, 1250.0, W, volume)
     for theta in (60, 90, 120):
-        print(theta, force(R, 0.5e-3, math.radians(theta), SIGMA, LIQUID, GAS, 1250.0, W, volume)["total"])
+        print(theta, of(0.5e-3, theta)["total"])
+    # Where the force is the weight of a sphere of this density: heights of the middle at which the march through r succeeds, linear between them.
+    for theta, density in ((90, 1100.0), (120, 1200.0)):
+        weight = density * 1250.0 * 4 / 3 * math.pi * R**3
+        heights = [1e-5 * n + 0.3e-6 for n in range(36, 54)]
+        table = [(z, found["total"]) for z, found in ((z, of(z, theta)) for z in heights) if found]
+        for (a, f), (b, g) in zip(table, table[1:]):
+            if (f - weight) * (g - weight) <= 0:
+                print(theta, density, a + (b - a) * (weight - f) / (g - f))
+

@@ -8,7 +8,7 @@ use sazanami_numerics::Real;
 use crate::case::Case;
 use crate::presets::Solver;
 use crate::read::Context;
-use crate::tables::{BoundarySide, Population, PressureForm, SIDE_NAMES};
+use crate::tables::{BoundarySide, PressureForm, SIDE_NAMES};
 use crate::units::rounded;
 
 /// Largest surface tension that is believed: molten tungsten has 2.5 N/m, mercury 0.49 N/m [N/m].
@@ -68,11 +68,6 @@ fn check_grains(case: &Case, span: Option<Range<usize>>, cx: &mut Context<'_>) {
             .error_at(span, "a contact angle at grains and `coupling.exchange = \"stress\"`")
             .label("liquid lies within grains there: it has no line of contact")
             .help("choose `exchange = \"surface\"`, or leave out `fluid.contact_angle.grains`");
-    } else if case.grains.iter().any(Population::has_free_grains) {
-        cx.report
-            .warning(span, "a contact angle at grains that move freely")
-            .label("gas at the line of contact shakes them: their motion is not reliable")
-            .help("hold them (`motion = \"fixed\"`), see docs/what-it-does-not-predict.md");
     }
 }
 

@@ -14,8 +14,8 @@
 //!
 //! On a face kappa is the mean of the cells beside it that have an interface; that of cells where heights fail has a weight of C (1 - C). The
 //! interface meets walls at their contact angles, 90 degrees where none is given: it goes on behind them at that angle, and the pull of the
-//! walls is in the curvature beside them. Wide grains may have an angle too, at which the liquid is continued into them
-//! (`surface_tension/grains.rs`); the line of contact pulls at them. Where they have none, the liquid fraction goes on in the covered part as
+//! walls is in the curvature beside them. Wide grains have an angle too, at which the liquid is continued into them
+//! (`surface_tension/grains.rs`); the line of contact pulls at them. Through narrow ones the liquid fraction goes on in the covered part as
 //! the transport has it there, and the interface with it. Such grains get their part of the jump with that of the pressure, the pull of the line
 //! in which the interface meets them included; between cells that grains cover whole there is none.
 

@@ -6,7 +6,7 @@ use sazanami_numerics::Real;
 use super::BoundarySide;
 
 /// Contact angles at the walls of the box and at grains, measured in the liquid: less than 90 degrees where it wets. The more special key
-/// wins; a wall without one is met at 90 degrees. Needs `fluid.surface_tension`.
+/// wins; a wall or a wide grain without one is met at 90 degrees. Needs `fluid.surface_tension`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Keys)]
 pub struct ContactAngles {
     /// At all walls that hold the fluid (`no_slip`, `moving`); `slip` walls, which may be planes of symmetry, have to be named.

@@ -11,8 +11,9 @@
 //! with the fraction `C*` that the sweeps give with phi instead of u_f ([`crate::advection`]): `C* - C - c_c D` is the
 //! liquid through the faces of the cell, so that the sum of L is kept to round-off, and a cell in a bath of liquid stays
 //! full to the last bit. After the grains have moved, V becomes 1 - alpha; what that changes is gas. Liquid beyond
-//! the room, or less than none, goes to the neighbours (`settle.rs`). C, and with it density and viscosity, is L / V; a cell
-//! without room keeps that of the sweeps, in which nothing but the equations of the whole cell sees it.
+//! the room, or less than none, goes to the neighbours (`settle.rs`). C, and with it density and viscosity, is L / V. A cell without
+//! room takes C from the cells around that have some: it holds no liquid, but how far the pressure moves the faces between it and these
+//! depends on its density. Left to the sweeps it would be gas beside liquid here and there, and a ball that floats would be shaken.
 //!
 //! Momentum is counted on the open part, `sum V rho u dV + sum M v`. The equations of the fluid still hold on whole cells; what
 //! they give the part 1 - V of a cell, transport included, goes to the grains in it, and so does what a change of V leaves. Liquid that fills
@@ -424,9 +425,32 @@ impl Room {
         domain.fill_halos_to(1, &mut [(&mut self.open, &GhostRules::EVEN)]);
         let report = self.settle(domain, boundary, imprint, flow, None);
         self.complete(domain, imprint);
-        domain.fill_halos(&mut [(&mut flow.volume_fraction, &boundary.volume_fraction_rules())]);
+        let rules = boundary.volume_fraction_rules();
+        domain.fill_halos_to(1, &mut [(&mut flow.volume_fraction, &rules)]);
+        self.continue_into_grains(domain, flow);
+        domain.fill_halos(&mut [(&mut flow.volume_fraction, &rules)]);
         flow.update_density(domain);
         report
+    }
+
+    /// Gives cells without room the mean liquid fraction of those around that have some, by their room; first ghost layers filled.
+    fn continue_into_grains(&mut self, domain: &Domain, flow: &mut Flow) {
+        let Self { open, fraction, rows, .. } = self;
+        let (open, c, strides) = (open.data(), flow.volume_fraction.data(), domain.strides());
+        domain.for_each_row(&domain.interior(), fraction.data_mut(), |row, fraction| {
+            if !rows.holds(row.j, row.k) {
+                return;
+            }
+            for (fraction, at) in fraction.iter_mut().zip(row.shifted(0)) {
+                *fraction = if open[at] == 0.0 { mean_around(open, c, at, strides).unwrap_or(c[at]) } else { c[at] };
+            }
+        });
+        let fraction = fraction.data();
+        domain.for_each_row(&domain.interior(), flow.volume_fraction.data_mut(), |row, c| {
+            if rows.holds(row.j, row.k) {
+                c.copy_from_slice(&fraction[row.shifted(0)]);
+            }
+        });
     }
 
     /// Volume of the liquid, that which waits for room included, over all ranks [m^3].
@@ -460,6 +484,21 @@ impl Room {
         }));
         Vector::from_array(sum) * domain.grid().cell_volume()
     }
+}
+
+/// Mean of the fraction `c` in the 26 cells around, by the part that liquid can fill over the square of the distance; `None` where that
+/// is none.
+fn mean_around(open: &[Real], c: &[Real], at: usize, strides: [isize; 3]) -> Option<Real> {
+    let (mut room, mut liquid) = (0.0, 0.0);
+    for n in (0..27_isize).filter(|&n| n != 13) {
+        let offset = [n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1];
+        let by: isize = offset.iter().zip(strides).map(|(o, s)| o * s).sum();
+        let beside = (at as isize + by) as usize;
+        let weight = usable(open[beside]) / offset.iter().map(|o| o * o).sum::<isize>() as Real;
+        room += weight;
+        liquid += weight * c[beside];
+    }
+    (room > 0.0).then(|| liquid / room)
 }
 
 /// The part of the room `open` that liquid can fill.

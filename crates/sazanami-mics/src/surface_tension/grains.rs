@@ -38,6 +38,9 @@ const LAYERS: usize = 6;
 const TELLS: Real = 0.5;
 /// Open part from which on the continued fraction is at least the liquid in it.
 const HOLDS: Real = 0.25;
+/// Least gradient of the liquid fraction that is an interface [1/cell]: one that touches the cell's corner has four times as much. Wisps of
+/// liquid that grains leave beside them as they move have less, and no direction.
+const STEEP: Real = 0.1;
 /// Slices in which the liquid of a cell cut by two planes is summed.
 const SLICES: u32 = 8;
 /// Halvings in the search for a plane.
@@ -282,7 +285,8 @@ fn anchor([cosine, sine]: [Real; 2], c: &[Real], alpha: &[Real], at: usize, stri
     }
     let rise = gradient(alpha, at, strides);
     let out = (rise != Vector::ZERO).then(|| -rise.normalize())?;
-    let along = open_gradient(c, alpha, at, strides)?.reject_from_normalized(out);
+    let across = open_gradient(c, alpha, at, strides).filter(|across| across.length() > STEEP)?;
+    let along = across.reject_from_normalized(out);
     let normal = (along.length() > PURE).then(|| out * cosine - along.normalize() * sine)?;
     let distance = distance(normal, out, alpha[at], c[at]);
     Some([normal.x, normal.y, normal.z, distance])

@@ -8,12 +8,14 @@ use sazanami_mics::flow::{Carrier, Flow, Fluids, Schemes};
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::solver::Settings;
 use sazanami_mics::stability::StepLimits;
-use sazanami_mics::surface_tension::{Curvature, SurfaceTension};
+use sazanami_mics::surface_tension::{Curvature, SurfaceTension, WIDE};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::RegionFractions;
 use sazanami_numerics::{Real, Vector};
 
-use crate::case::meaning::{Case, FluidName, LiquidRegion, Placement, PressureForm, Solver, Step};
+use crate::case::meaning::{
+    Case, Exchange, FluidName, LiquidRegion, Placement, Population, PressureForm, Solver, Step,
+};
 
 /// The sides of the box, with gravity outside and the contact angles of its walls.
 ///
@@ -78,10 +80,13 @@ pub fn settings(case: &Case) -> Settings {
 pub(crate) fn surface_tension(case: &Case, domain: &Domain, boundary: &Boundary) -> Option<SurfaceTension> {
     let coefficient = surface_tension_coefficient(case)?;
     let tension = SurfaceTension::new(domain, boundary, coefficient, Curvature::Found);
-    Some(match case.fluid.contact_angle.and_then(|angles| angles.grains) {
-        Some(angle) => tension.with_angle_on_grains(domain, boundary, angle),
-        None => tension,
-    })
+    let narrow = (1.0 - 1e-9) * WIDE * domain.grid().spacing.max_element();
+    // The size of a shape from a file is not known yet.
+    let may_be_wide =
+        |grains: &Population| grains.shape.size().is_none_or(|size| size * grains.size.largest() > narrow);
+    let have_angle = case.coupling.exchange == Exchange::Surface && case.grains.iter().any(may_be_wide);
+    let angle = case.fluid.contact_angle.and_then(|angles| angles.grains).unwrap_or(FRAC_PI_2);
+    Some(if have_angle { tension.with_angle_on_grains(domain, boundary, angle) } else { tension })
 }
 
 /// Surface tension [N/m], if there is any.

@@ -138,7 +138,7 @@ fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
                     size / particles.spacing_m
                 ),
                 None => {
-                    let wets = case.fluid.contact_angle.is_some_and(|angles| angles.grains.is_some());
+                    let wets = case.fluid.surface_tension.is_some_and(|sigma| sigma > 0.0);
                     let narrow = if wets && cells < WIDE * (1.0 - 1e-9) {
                         "; below eight cells the interface meets it at no angle"
                     } else {

@@ -67,11 +67,6 @@ fn contact_angles_of_grains_that_cannot_be_are_refused_or_told() {
     assert!(flat.contains("between 0 and 180 degrees"), "{flat}");
     let without = refusal(BALL, &["fluid.surface_tension=0 N/m"]);
     assert!(without.contains("contact angles without surface tension"), "{without}");
-    let shaken = |changes: &[&str]| {
-        let case = load(BALL, changes);
-        case.warnings.render(&case.source, false).contains("a contact angle at grains that move freely")
-    };
-    assert_eq!([shaken(&["grains.0.motion=free"]), shaken(&[])], [true, false]);
     // Negative control: the case itself is sound. `check` tells which of its grains is too narrow.
     let told = |changes: &[&str]| {
         let loaded = load(BALL, changes);
