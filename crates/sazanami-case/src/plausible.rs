@@ -170,6 +170,7 @@ fn check_idle(case: &Case, cx: &mut Context<'_>) {
     let idle = [
         ("fluid.surface_tension", dry, "there is no liquid"),
         ("fluid.contact_angle", dry, "there is no liquid"),
+        ("fluid.receding_angle", dry, "there is no liquid"),
         ("drive.mean_velocity", dry && !net, "there is no liquid whose velocity could be held"),
         ("dem.film_roughness", bare, "there are no grains"),
         ("dem.bridges", bare, "there are no grains"),

@@ -1,5 +1,6 @@
 //! Checks of the surface tension of a case and of its contact angles.
 
+use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
 
 use sazanami_mics::grains::Exchange;
@@ -8,7 +9,7 @@ use sazanami_numerics::Real;
 use crate::case::Case;
 use crate::presets::Solver;
 use crate::read::Context;
-use crate::tables::{BoundarySide, PressureForm, SIDE_NAMES};
+use crate::tables::{BoundarySide, ContactAngles, PressureForm, SIDE_NAMES};
 use crate::units::rounded;
 
 /// Largest surface tension that is believed: molten tungsten has 2.5 N/m, mercury 0.49 N/m [N/m].
@@ -21,7 +22,13 @@ const IN_COLUMNS: [Real; 2] = [20.0, 160.0];
 
 /// Reports a surface tension that no liquid has, and what it does not go with.
 pub fn check(case: &Case, cx: &mut Context<'_>) {
-    check_angles(case, cx);
+    if let Some(angles) = &case.fluid.contact_angle {
+        check_angles(case, "contact_angle", angles, cx);
+    }
+    if let Some(receding) = &case.fluid.receding_angle {
+        check_angles(case, "receding_angle", receding, cx);
+        check_receding(case, receding, cx);
+    }
     let Some(sigma) = case.fluid.surface_tension.filter(|sigma| *sigma != 0.0) else { return };
     let span = cx.places.near("fluid.surface_tension");
     if sigma > LARGEST {
@@ -71,17 +78,45 @@ fn check_grains(case: &Case, span: Option<Range<usize>>, cx: &mut Context<'_>) {
     }
 }
 
-/// Reports contact angles that are none, or that no wall has.
-fn check_angles(case: &Case, cx: &mut Context<'_>) {
-    let Some(angles) = case.fluid.contact_angle else { return };
+/// Reports receding angles larger than the contact angles of the same walls, or of grains.
+fn check_receding(case: &Case, receding: &ContactAngles, cx: &mut Context<'_>) {
+    if receding.grains.is_some() {
+        cx.report
+            .error_at(cx.places.near("fluid.receding_angle.grains"), "a receding angle of grains")
+            .label("grains have one angle, at rest and in motion")
+            .help("leave it out; walls may have two");
+    }
+    let advancing = case.fluid.contact_angle.unwrap_or_default();
+    for (d, upper) in (0..6).map(|n| (n / 2, n % 2)) {
+        let side = &case.boundary[d][upper];
+        let Some(least) = receding.at(d, upper, side) else { continue };
+        let most = advancing.at(d, upper, side).unwrap_or(FRAC_PI_2);
+        if least > most {
+            let [least, most] = [least, most].map(|angle| rounded(angle.to_degrees()));
+            cx.report
+                .error_at(
+                    cx.places.near("fluid.receding_angle"),
+                    format!("a receding angle of {least} degrees at {}", SIDE_NAMES[d][upper]),
+                )
+                .label(format!("the interface advances there from {most} degrees on"))
+                .help(
+                    "`fluid.contact_angle` has to be the larger one of the two; it is 90 degrees where it is not given",
+                );
+            return;
+        }
+    }
+}
+
+/// Reports the angles of the table `fluid.KEY` that are none, or that no wall has.
+fn check_angles(case: &Case, key: &str, angles: &ContactAngles, cx: &mut Context<'_>) {
     if case.fluid.surface_tension.is_none_or(|sigma| sigma == 0.0) {
         cx.report
-            .error_at(cx.places.near("fluid.contact_angle"), "contact angles without surface tension")
+            .error_at(cx.places.near(&format!("fluid.{key}")), "contact angles without surface tension")
             .label("it is surface tension that pulls the interface to its angle")
-            .help("add `surface_tension = \"72.8 mN/m\"` (water), or leave out `fluid.contact_angle`");
+            .help(format!("add `surface_tension = \"72.8 mN/m\"` (water), or leave out `fluid.{key}`"));
     }
     for (name, angle, sides) in angles.given().filter(|(_, angle, _)| !angle.is_nan()) {
-        let span = cx.places.near(&format!("fluid.contact_angle.{name}"));
+        let span = cx.places.near(&format!("fluid.{key}.{name}"));
         let degrees = rounded(angle.to_degrees());
         if angle <= 0.0 || angle >= std::f64::consts::PI {
             cx.report
@@ -112,7 +147,7 @@ fn check_angles(case: &Case, cx: &mut Context<'_>) {
             cx.report
                 .error_at(span, "a contact angle at all walls, and none holds the fluid")
                 .label("`all` leaves out `slip` walls, which may be planes of symmetry")
-                .help("name the wall: `fluid.contact_angle.x3_lower`");
+                .help(format!("name the wall: `fluid.{key}.x3_lower`"));
         }
     }
 }

@@ -134,13 +134,6 @@ impl<'a> Sweep<'a> {
 
     /// Transports `from` into `to`; two ghost layers of `from` must be filled.
     pub fn run(&self, from: State<'_>, frozen: Frozen<'_>, to: StateMut<'_>) {
-        match self.convection {
-            Convection::VelocityForm => self.run_with(VanLeer, from, frozen, to),
-            Convection::Consistent | Convection::Off => self.run_with(ThirdOrder, from, frozen, to),
-        }
-    }
-
-    fn run_with(&self, slope: impl Slope, from: State<'_>, frozen: Frozen<'_>, to: StateMut<'_>) {
         let plane = self.domain.strides()[2] as usize;
         let n3 = self.domain.cells()[2];
         // A chunk of planes computes the fluxes through its lowest faces itself.
@@ -150,7 +143,7 @@ impl<'a> Sweep<'a> {
             let planes = number * depth..(number * depth + depth).min(n3);
             let origin = (planes.start + GHOSTS) * plane;
             let mut chunk = Chunk { sweep: self, from, frozen, to: [c, u1, u2, u3], origin };
-            SCRATCH.with_borrow_mut(|scratch| chunk.run(slope, planes, scratch));
+            SCRATCH.with_borrow_mut(|scratch| chunk.run(planes, scratch));
         });
     }
 
@@ -161,15 +154,7 @@ impl<'a> Sweep<'a> {
     }
 
     /// Fluxes through `len` faces from the lower face of the cell at `start` on.
-    fn fluxes(
-        &self,
-        slope: impl Slope,
-        from: State<'_>,
-        start: usize,
-        len: usize,
-        row: &mut FaceRow,
-        weight: &mut [Real],
-    ) {
+    fn fluxes(&self, from: State<'_>, start: usize, len: usize, row: &mut FaceRow, weight: &mut [Real]) {
         let stride = self.domain.strides()[self.direction];
         let shifted = |field: usize, by: isize| &from[field][(start as isize + by * stride) as usize..][..len];
         let mixed = liquid_fluxes(
@@ -182,15 +167,13 @@ impl<'a> Sweep<'a> {
         if mixed {
             self.interface_fluxes(from[0], start, &row.courant[..len], &mut row.liquid[..len]);
         }
-        if self.convection != Convection::Off {
-            for i in 0..3 {
-                face_values(
-                    slope,
-                    [shifted(1 + i, -2), shifted(1 + i, -1), shifted(1 + i, 0), shifted(1 + i, 1)],
-                    &row.courant[..len],
-                    &weight[..len],
-                    &mut row.velocity[i][..len],
-                );
+        for (i, values) in row.velocity.iter_mut().enumerate() {
+            let cells = [shifted(1 + i, -2), shifted(1 + i, -1), shifted(1 + i, 0), shifted(1 + i, 1)];
+            let (courant, weight, values) = (&row.courant[..len], &weight[..len], &mut values[..len]);
+            match self.convection {
+                Convection::Consistent => face_values(ThirdOrder, cells, courant, weight, values),
+                Convection::VelocityForm => face_values(VanLeer, cells, courant, weight, values),
+                Convection::Off => {}
             }
         }
     }
@@ -235,10 +218,7 @@ impl<'a> Sweep<'a> {
                 scratch.reserve(BLOCK + 1, self.domain.cells()[0] + 1);
                 let Scratch { rows, cells: [weight, ..] } = scratch;
                 let faces = &mut rows[0];
-                match self.convection {
-                    Convection::VelocityForm => self.fluxes(VanLeer, from, row.start, row.len, faces, weight),
-                    _ => self.fluxes(ThirdOrder, from, row.start, row.len, faces, weight),
-                }
+                self.fluxes(from, row.start, row.len, faces, weight);
                 self.open(side, [row.j, row.k].map(|n| n as usize), 0..row.len, faces);
                 let inward = if side == 0 { 1.0 } else { -1.0 };
                 let mut sum = [0.0; 4];
@@ -318,7 +298,7 @@ struct Chunk<'s, 'd> {
 }
 
 impl Chunk<'_, '_> {
-    fn run(&mut self, slope: impl Slope, planes: std::ops::Range<usize>, scratch: &mut Scratch) {
+    fn run(&mut self, planes: std::ops::Range<usize>, scratch: &mut Scratch) {
         let [n1, n2, n3] = self.sweep.domain.cells();
         scratch.reserve(BLOCK + 1, n1 + 1);
         let Scratch { rows, cells } = scratch;
@@ -328,7 +308,7 @@ impl Chunk<'_, '_> {
                 for k in planes {
                     for j in 0..n2 {
                         let row = &mut rows[0];
-                        sweep.fluxes(slope, from, sweep.at(j, k), n1 + 1, row, &mut cells[0]);
+                        sweep.fluxes(from, sweep.at(j, k), n1 + 1, row, &mut cells[0]);
                         sweep.open(0, [j, k], 0..1, row);
                         sweep.open(1, [j, k], n1..n1 + 1, row);
                         self.update(sweep.at(j, k), (row, 0), (row, 1), cells);
@@ -339,10 +319,10 @@ impl Chunk<'_, '_> {
                 let (lower, upper) = rows.split_at_mut(1);
                 let (mut lower, mut upper) = (&mut lower[0], &mut upper[0]);
                 for k in planes {
-                    sweep.fluxes(slope, from, sweep.at(0, k), n1, lower, &mut cells[0]);
+                    sweep.fluxes(from, sweep.at(0, k), n1, lower, &mut cells[0]);
                     sweep.open(0, [0, k], 0..n1, lower);
                     for j in 0..n2 {
-                        sweep.fluxes(slope, from, sweep.at(j + 1, k), n1, upper, &mut cells[0]);
+                        sweep.fluxes(from, sweep.at(j + 1, k), n1, upper, &mut cells[0]);
                         if j + 1 == n2 {
                             sweep.open(1, [j, k], 0..n1, upper);
                         }
@@ -357,14 +337,14 @@ impl Chunk<'_, '_> {
                 for first in (0..n2).step_by(BLOCK) {
                     let block = first..(first + BLOCK).min(n2);
                     for (j, lower) in block.clone().zip(&mut *lowers) {
-                        sweep.fluxes(slope, from, sweep.at(j, planes.start), n1, lower, &mut cells[0]);
+                        sweep.fluxes(from, sweep.at(j, planes.start), n1, lower, &mut cells[0]);
                         if planes.start == 0 {
                             sweep.open(0, [j, planes.start], 0..n1, lower);
                         }
                     }
                     for k in planes.clone() {
                         for (j, lower) in block.clone().zip(&mut *lowers) {
-                            sweep.fluxes(slope, from, sweep.at(j, k + 1), n1, upper, &mut cells[0]);
+                            sweep.fluxes(from, sweep.at(j, k + 1), n1, upper, &mut cells[0]);
                             if k + 1 == n3 {
                                 sweep.open(1, [j, k], 0..n1, upper);
                             }

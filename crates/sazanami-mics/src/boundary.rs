@@ -84,14 +84,15 @@ pub enum BoundaryError {
 }
 
 /// The angle without another at all sides \[rad].
-const RIGHT_ANGLES: [[Real; 2]; 3] = [[std::f64::consts::FRAC_PI_2; 2]; 3];
+const RIGHT_ANGLES: [[[Real; 2]; 2]; 3] = [[[std::f64::consts::FRAC_PI_2; 2]; 2]; 3];
 
 /// The six sides of the box: lower and upper in each direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Boundary {
     sides: [[Side; 2]; 3],
     outside_gravity: Vector,
-    contact_angles: [[Real; 2]; 3],
+    /// Advancing and receding.
+    contact_angles: [[[Real; 2]; 2]; 3],
 }
 
 impl Boundary {
@@ -127,19 +128,21 @@ impl Boundary {
         self.outside_gravity
     }
 
-    /// Gives walls the angles in the liquid at which an interface with surface tension meets them \[rad], between 0 and pi; those of sides
-    /// that are no walls are not used. Without, it meets them at a right angle.
+    /// Gives walls the angles in the liquid between which an interface with surface tension meets them \[rad], between 0 and pi: the
+    /// advancing one, and the receding one, which is no larger. Those of sides that are no walls are not used. Without, it meets them at a
+    /// right angle.
     #[must_use]
-    pub fn with_contact_angles(self, contact_angles: [[Real; 2]; 3]) -> Self {
+    pub fn with_contact_angles(self, contact_angles: [[[Real; 2]; 2]; 3]) -> Self {
         Self { contact_angles, ..self }
     }
 
-    /// Cotangent of the contact angle of a side; 0 at a right angle, and of sides that are no walls.
-    pub(crate) fn cotangent(&self, direction: usize, side: usize) -> Real {
-        let angle = self.contact_angles[direction][side];
-        // The cotangent of the nearest number to a right angle is not zero.
-        let is_right = (angle - RIGHT_ANGLES[0][0]).abs() < 1e-12;
-        if self.sides[direction][side].is_wall() && !is_right { 1.0 / angle.tan() } else { 0.0 }
+    /// Cotangents of the advancing and the receding contact angle of a side; 0 at a right angle, and of sides that are no walls.
+    pub(crate) fn cotangents(&self, direction: usize, side: usize) -> [Real; 2] {
+        self.contact_angles[direction][side].map(|angle| {
+            // The cotangent of the nearest number to a right angle is not zero.
+            let is_right = (angle - std::f64::consts::FRAC_PI_2).abs() < 1e-12;
+            if self.sides[direction][side].is_wall() && !is_right { 1.0 / angle.tan() } else { 0.0 }
+        })
     }
 
     /// A closed box with no-slip walls.

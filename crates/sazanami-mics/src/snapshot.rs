@@ -38,6 +38,12 @@ const RESPONSE: [&str; 3] = ["fluid/response_1", "fluid/response_2", "fluid/resp
 const JUMP: [&str; 3] = ["fluid/surface_tension_1", "fluid/surface_tension_2", "fluid/surface_tension_3"];
 const LAST_JUMP: [&str; 3] =
     ["fluid/last_surface_tension_1", "fluid/last_surface_tension_2", "fluid/last_surface_tension_3"];
+/// By the direction along walls and that of the walls.
+const LINES_OF_CONTACT: [[&str; 3]; 3] = [
+    ["", "fluid/line_of_contact_1_2", "fluid/line_of_contact_1_3"],
+    ["fluid/line_of_contact_2_1", "", "fluid/line_of_contact_2_3"],
+    ["fluid/line_of_contact_3_1", "fluid/line_of_contact_3_2", ""],
+];
 /// Prefix of what the engine of the grains writes.
 pub const GRAINS: &str = "grains/";
 
@@ -71,6 +77,9 @@ impl Solver {
             for (d, jump) in tension.jump().iter().enumerate() {
                 snapshot.put_reals(JUMP[d], domain.gather(jump));
                 snapshot.put_reals(LAST_JUMP[d], last_faces(domain, jump, d));
+            }
+            for ([d, wall], places) in tension.heights().pinned(domain) {
+                snapshot.put_reals(LINES_OF_CONTACT[d][wall], domain.gather(&places));
             }
         }
         snapshot.put_u64(COUNTERS, vec![self.flow.transports]);
@@ -156,6 +165,14 @@ impl SurfaceTension {
                 *jump = faces(domain, snapshot, JUMP[d], LAST_JUMP[d], d)?;
             }
             self.jump_is_set(domain);
+            self.heights_mut().pin(domain, |[d, wall]| {
+                let (name, mut places) = (LINES_OF_CONTACT[d][wall], domain.field(0.0));
+                if domain.max(Real::from(u8::from(snapshot.reals(name).is_ok()))) == 0.0 {
+                    return Ok::<_, SnapshotError>(None);
+                }
+                scatter(domain, snapshot, name, &mut places)?;
+                Ok(Some(places))
+            })?;
         }
         Ok(self)
     }
@@ -166,7 +183,7 @@ impl SurfaceTension {
 pub fn is_of_cells(name: &str) -> bool {
     let fields = [VELOCITY, FACE_VELOCITY, LAST_FACES, EARLIER_FACES, EARLIER_LAST_FACES, RESPONSE, JUMP, LAST_JUMP];
     [VOLUME_FRACTION, OPEN_PART, WAITING, PRESSURE].contains(&name)
-        || fields.iter().flatten().any(|&field| field == name)
+        || fields.iter().chain(&LINES_OF_CONTACT).flatten().any(|&field| field == name)
 }
 
 /// Reads a field of the cells on rank 0 and gives each rank its part.

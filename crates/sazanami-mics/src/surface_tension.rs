@@ -24,6 +24,7 @@ mod curvature;
 mod fit;
 mod grains;
 mod heights;
+mod pins;
 
 use sazanami_numerics::domain::{Domain, GhostRules};
 use sazanami_numerics::grid::Field;
@@ -178,6 +179,16 @@ impl SurfaceTension {
     /// The same for writing, at a restart; [`Self::jump_is_set`] follows.
     pub(crate) fn jump_mut(&mut self) -> &mut [Field<Real>; 3] {
         &mut self.jump
+    }
+
+    /// Where lines of contact with two angles stand, for a restart: see `heights.rs`.
+    pub(crate) fn heights(&self) -> &Heights {
+        &self.heights
+    }
+
+    /// The same for writing.
+    pub(crate) fn heights_mut(&mut self) -> &mut Heights {
+        &mut self.heights
     }
 
     /// Takes note of the rows of faces with a jump, after it was written.
@@ -412,7 +423,7 @@ impl SurfaceTension {
     }
 
     /// Energy of the interface over all ranks \[J]: sigma times the area of the planes in the cells, less sigma cos(theta) times the area of
-    /// walls that is wet (Young); ghosts of the liquid fraction filled.
+    /// walls that is wet (Young; the mean of the two cosines where there are two); ghosts of the liquid fraction filled.
     #[must_use]
     pub fn energy(&self, domain: &Domain, flow: &Flow) -> Real {
         let (c, strides) = (flow.volume_fraction.data(), domain.strides());
@@ -436,13 +447,13 @@ impl SurfaceTension {
         self.coefficient * (domain.sum(area)[0] - domain.sum([self.wet_area(domain, &around)])[0])
     }
 
-    /// Area of the walls of this rank that is wet, each times the cosine of its contact angle [m^2].
+    /// Area of the walls of this rank that is wet, each times the mean cosine of its contact angles [m^2].
     fn wet_area(&self, domain: &Domain, around: &Surroundings<'_>) -> Real {
         let (c, wetting) = (around.c, around.wetting);
-        let sides = (0..6).map(|n| (n / 2, n % 2)).filter(|&(d, side)| wetting.cotangent(d, side) != 0.0);
+        let sides = (0..6).map(|n| (n / 2, n % 2));
         sides
-            .map(|(d, side)| {
-                let cotangent = wetting.cotangent(d, side);
+            .filter_map(|(d, side)| {
+                let cosines = wetting.cotangents(d, side)?.map(|cotangent| cotangent / cotangent.hypot(1.0));
                 let mut range = domain.interior();
                 range[d] = if side == 0 { 0..1 } else { range[d].end - 1..range[d].end };
                 let [wet] = domain.sum_rows(&range, |row| {
@@ -456,7 +467,7 @@ impl SurfaceTension {
                     };
                     [row.shifted(0).map(share).sum()]
                 });
-                wet * domain.grid().face_area(d) * cotangent / cotangent.hypot(1.0)
+                Some(wet * domain.grid().face_area(d) * 0.5 * (cosines[0] + cosines[1]))
             })
             .sum()
     }

@@ -107,6 +107,7 @@ pub const CASES: &[Case] = &[
     case!("drop-pressure"),
     case!("carried-drop"),
     case!("sessile-drop"),
+    case!("drop-on-slope"),
     case!("drop-on-sphere"),
     case!("sphere-at-surface"),
     case!("capillary-rise", with "capillary-rise"),

@@ -199,9 +199,13 @@ pub struct FluidOptions {
     /// Surface tension of liquid and gas on the grid (`solver = "mics"`).
     #[key(unit = "N/m", range = NonNegative, says = "none")]
     pub surface_tension: Option<Real>,
-    /// Angles at which the interface meets walls, with surface tension.
+    /// Angles at which the interface meets walls and grains, with surface tension.
     #[key(table)]
     pub contact_angle: Option<ContactAngles>,
+    /// Smaller angles, down to which the interface stays where it is at walls that it has wetted: from those of `contact_angle` on it
+    /// advances. Without, one angle holds at rest and in motion. Not of grains.
+    #[key(table)]
+    pub receding_angle: Option<ContactAngles>,
     /// Velocity at the start, on top of that of the liquids; on a grid the pressure takes out its divergence.
     #[key(table)]
     pub initial_velocity: Option<InitialVelocity>,

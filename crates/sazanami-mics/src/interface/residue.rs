@@ -26,7 +26,7 @@ const LARGEST_SHARE: Real = 1e-6;
 pub struct ResidueReport {
     /// Residues moved to interface cells.
     pub moved_cells: u64,
-    /// Sum of their absolute volumes, of those without a neighbour to take them the size of their sum [m^3].
+    /// Sum of their volumes without their signs; of those shared among the interface cells of the box only the size of their sum is known [m^3].
     pub moved_volume: Real,
     /// Residues clipped for want of an interface that takes them.
     pub clipped_cells: u64,

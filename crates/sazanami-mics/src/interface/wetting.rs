@@ -4,6 +4,10 @@
 //! the wall to the first behind it it moves along the wall by `cot(theta)` of the distance of the two, out of the liquid. A mirror image,
 //! as at 90 degrees, is one that does not move (after Afkhami and Bussmann 2008, Int. J. Numer. Meth. Fluids 57, 453, and 2009, 61, 827,
 //! who put fractions and heights behind walls such that the interface has the angle there).
+//!
+//! A wall with two angles lets the interface stand at any between the receding and the advancing one: it goes on behind the wall at the
+//! angle that it has before it, within these (Dupont and Legendre 2010, J. Comput. Phys. 229, 2453). What holds the line of contact is in
+//! `surface_tension/pins.rs`.
 
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::GHOSTS;
@@ -12,15 +16,18 @@ use sazanami_numerics::{Real, Vector};
 use super::{Neighbourhood, neighbourhood};
 use crate::boundary::Boundary;
 
+/// Cotangents at which the mirror image stands behind a wall.
+const MIRROR: [Real; 2] = [0.0; 2];
+
 /// Distance in a neighbourhood between neighbours in each direction.
 const STRIDES: [isize; 3] = [1, 3, 9];
 
 /// Contact angles at the walls of the box that a rank has.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wetting {
-    /// Cotangent of the angle at the lower and the upper side in each direction; 0 where the mirror image stands, at 90 degrees, and where
-    /// there is no wall.
-    cotangents: [[Real; 2]; 3],
+    /// Cotangents of the advancing and the receding angle at the lower and the upper side in each direction; 0 where the mirror image
+    /// stands, at 90 degrees, and where there is no wall.
+    cotangents: [[[Real; 2]; 2]; 3],
     cells: [usize; 3],
     spacing: Vector,
     strides: [isize; 3],
@@ -30,21 +37,21 @@ impl Wetting {
     /// Those of `boundary` on this rank.
     pub fn new(domain: &Domain, boundary: &Boundary) -> Self {
         let cotangents = std::array::from_fn(|d| {
-            std::array::from_fn(|side| if domain.at_box_end(d, side) { boundary.cotangent(d, side) } else { 0.0 })
+            std::array::from_fn(|side| if domain.at_box_end(d, side) { boundary.cotangents(d, side) } else { MIRROR })
         });
         Self { cotangents, cells: domain.cells(), spacing: domain.grid().spacing, strides: domain.strides() }
     }
 
-    /// Cotangent of the contact angle at a side; 0 at 90 degrees and where there is no wall.
+    /// Cotangents of the advancing and the receding angle at a side, if it is a wall that is met at other than 90 degrees.
     #[inline]
-    pub fn cotangent(&self, direction: usize, side: usize) -> Real {
-        self.cotangents[direction][side]
+    pub fn cotangents(&self, direction: usize, side: usize) -> Option<[Real; 2]> {
+        Some(self.cotangents[direction][side]).filter(|&cotangents| cotangents != MIRROR)
     }
 
     /// Whether a wall is met at other than 90 degrees.
     #[inline]
     pub fn is_given(&self) -> bool {
-        self.cotangents != [[0.0; 2]; 3]
+        self.cotangents != [[MIRROR; 2]; 3]
     }
 
     /// Index of the cell at `at` in each direction.
@@ -58,7 +65,7 @@ impl Wetting {
         let index = self.index(at);
         (0..3).find(|&d| {
             let [lower, upper] = self.cotangents[d];
-            (lower != 0.0 && index[d] < 0) || (upper != 0.0 && index[d] >= self.cells[d] as isize)
+            (lower != MIRROR && index[d] < 0) || (upper != MIRROR && index[d] >= self.cells[d] as isize)
         })
     }
 
@@ -69,9 +76,9 @@ impl Wetting {
         if self.is_given() {
             let index = self.index(at);
             for (d, cotangents) in self.cotangents.iter().enumerate() {
-                for (side, &cotangent) in cotangents.iter().enumerate().filter(|(_, cotangent)| **cotangent != 0.0) {
+                for (side, &cotangents) in cotangents.iter().enumerate().filter(|(_, pair)| **pair != MIRROR) {
                     if index[d] == [0, self.cells[d] as isize - 1][side] {
-                        self.lean(&mut cells, d, side, cotangent);
+                        self.lean(&mut cells, d, side, cotangents);
                     }
                 }
             }
@@ -88,12 +95,16 @@ impl Wetting {
 
     /// Moves the layer before the wall on `side` of `direction` along the wall to the layer behind it; from beyond the neighbourhood comes
     /// what is at its edge.
-    fn lean(&self, cells: &mut Neighbourhood, direction: usize, side: usize, cotangent: Real) {
+    fn lean(&self, cells: &mut Neighbourhood, direction: usize, side: usize, [least, most]: [Real; 2]) {
         let across = [(direction + 1) % 3, (direction + 2) % 3];
         let [e, f] = across.map(|d| STRIDES[d]);
-        let layer: [[Real; 3]; 3] = std::array::from_fn(|a| {
-            std::array::from_fn(|b| cells[(13 + (a as isize - 1) * e + (b as isize - 1) * f) as usize])
-        });
+        let out = STRIDES[direction] * [-1, 1][side];
+        let layer_at = |from: isize| -> [[Real; 3]; 3] {
+            std::array::from_fn(|a| {
+                std::array::from_fn(|b| cells[(13 + from + (a as isize - 1) * e + (b as isize - 1) * f) as usize])
+            })
+        };
+        let layer = layer_at(0);
         let rise = |low: [Real; 3], high: [Real; 3]| {
             [1.0, 2.0, 1.0].into_iter().zip(low.into_iter().zip(high)).map(|(w, (low, high))| w * (high - low)).sum()
         };
@@ -105,6 +116,17 @@ impl Wetting {
         if length == 0.0 {
             return;
         }
+        let cotangent = if least == most {
+            least
+        } else {
+            // The gradient towards the wall over that along it: both sums of weights are taken out.
+            let sum = |layer: [[Real; 3]; 3]| -> Real {
+                let weights = [1.0, 2.0, 1.0];
+                (0..9).map(|n| weights[n / 3] * weights[n % 3] * layer[n / 3][n % 3]).sum()
+            };
+            let towards = (sum(layer) - sum(layer_at(-out))) / (16.0 * self.spacing[direction]);
+            (towards / (length / 8.0)).clamp(least, most)
+        };
         // Along the wall out of the liquid, in cells.
         let by = [0, 1].map(|n| -gradient[n] / length * cotangent * self.spacing[direction] / edges[n]);
         let place = |n: usize, by: Real| {
@@ -112,7 +134,6 @@ impl Wetting {
             let low = (place as usize).min(1);
             (low, place - low as Real)
         };
-        let out = STRIDES[direction] * [-1, 1][side];
         for a in 0..3 {
             for b in 0..3 {
                 let ((i, x), (j, y)) = (place(a, by[0]), place(b, by[1]));
@@ -131,11 +152,11 @@ mod tests {
     use crate::interface::{mixed_normal, volume_below};
     use sazanami_numerics::grid::Grid;
 
-    /// The normal found beside a floor met at `angle` [degrees] by a plane of slope `true_angle` that turns by `azimuth` [degrees].
-    fn normal_at_floor(angle: Real, true_angle: Real, azimuth: Real) -> Vector {
+    /// The normal found beside a floor met at `angles`, advancing and receding [degrees], by a plane of slope `true_angle` that turns by `azimuth` [degrees].
+    fn normal_at_floor(angles_at_floor: [Real; 2], true_angle: Real, azimuth: Real) -> Vector {
         let sides = [[Side::Periodic; 2], [Side::Periodic; 2], [Side::NoSlip; 2]];
-        let mut angles = [[std::f64::consts::FRAC_PI_2; 2]; 3];
-        angles[2][0] = angle.to_radians();
+        let mut angles = [[[std::f64::consts::FRAC_PI_2; 2]; 2]; 3];
+        angles[2][0] = angles_at_floor.map(Real::to_radians);
         let boundary = Boundary::new(sides).unwrap().with_contact_angles(angles);
         let domain = Domain::solo(Grid::new([8; 3], Vector::ZERO, Vector::splat(8.0)), boundary.periodic());
         let (sin, cos) = true_angle.to_radians().sin_cos();
@@ -158,12 +179,23 @@ mod tests {
     #[test]
     fn a_plane_at_the_angle_keeps_its_normal_beside_the_wall() {
         for (angle, azimuth) in [(60.0, 0.0), (120.0, 0.0), (75.0, 90.0), (60.0, 180.0), (110.0, 20.0), (75.0, 45.0)] {
-            let normal = normal_at_floor(angle, angle, azimuth);
+            let normal = normal_at_floor([angle; 2], angle, azimuth);
             let found = normal.z.acos().to_degrees();
             assert!((found - angle).abs() < 4.0, "{angle} {azimuth}: {found}");
             // Negative control: the mirror image turns it towards 90 degrees.
-            let mirrored = normal_at_floor(90.0, angle, azimuth).z.acos().to_degrees();
+            let mirrored = normal_at_floor([90.0; 2], angle, azimuth).z.acos().to_degrees();
             assert!((mirrored - angle).abs() > 5.0, "{angle} {azimuth}: {mirrored}");
+        }
+    }
+
+    #[test]
+    fn between_two_angles_a_plane_keeps_its_own() {
+        for (angle, azimuth) in [(60.0, 0.0), (100.0, 0.0), (75.0, 90.0), (110.0, 20.0)] {
+            let at = |angles| normal_at_floor(angles, angle, azimuth).z.acos().to_degrees();
+            let [between, beyond] = [at([130.0, 50.0]), at([angle - 20.0, angle - 40.0])];
+            assert!((between - angle).abs() < 5.0, "{angle} {azimuth}: {between}");
+            // Negative control: an angle larger than both is pulled to the advancing one.
+            assert!(beyond < angle - 5.0, "{angle} {azimuth}: {beyond}");
         }
     }
 }

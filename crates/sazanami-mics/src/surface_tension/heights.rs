@@ -16,13 +16,15 @@
 //! ```
 //!
 //! between the first layer of cells and the one behind the wall, so that centred differences in the first have the angle at the wall
-//! (Afkhami and Bussmann 2008, Int. J. Numer. Meth. Fluids 57, 453, and 2009, 61, 827). A column normal to such a wall ends in it where the
+//! (Afkhami and Bussmann 2008, Int. J. Numer. Meth. Fluids 57, 453, and 2009, 61, 827). Between a receding and an advancing angle the line of
+//! contact stays where it is (`pins.rs`). A column normal to such a wall ends in it where the
 //! interface does not reach the wall in the column; where it does, it has no height.
 
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::{Domain, Ghost, GhostRules, Location};
 use sazanami_numerics::grid::Field;
 
+use super::pins::{self, Pins};
 use crate::boundary::{Boundary, Side};
 use crate::interface::Wetting;
 
@@ -40,16 +42,17 @@ const SHIFT: Real = 4.0;
 const NO_END: Real = 0.5;
 
 /// Heights of the interface in the three directions: fields with all ghosts filled.
-pub(super) struct Heights {
+pub(crate) struct Heights {
     fields: [Field<Real>; 3],
     /// Rules of the ghosts of each.
     rules: [GhostRules; 3],
     /// The same that keep what is behind walls with an angle.
     kept: [GhostRules; 3],
     wetting: Wetting,
+    pins: Pins,
     /// Heights along one direction in the cells that they lie in alone.
     own: Field<Real>,
-    /// In the first ghost layer along one direction the liquid fraction of the third.
+    /// In the first ghost layer along one direction the liquid fraction of the third; then the new places of lines of contact.
     third: Field<Real>,
     third_rules: GhostRules,
 }
@@ -62,6 +65,7 @@ impl Heights {
             rules: [0, 1, 2].map(|d| rules(boundary, d)),
             kept: [0, 1, 2].map(|d| kept_rules(boundary, d)),
             wetting: Wetting::new(domain, boundary),
+            pins: Pins::new(domain, boundary),
             own: domain.field(0.0),
             third: domain.field(NO_END),
             third_rules: third_rules(boundary),
@@ -92,9 +96,8 @@ impl Heights {
         for d in 0..3 {
             for wall in (0..3).filter(|&wall| wall != d) {
                 for side in 0..2 {
-                    let cotangent = self.wetting.cotangent(wall, side);
-                    if cotangent != 0.0 {
-                        self.lean(domain, d, (wall, side), cotangent);
+                    if let Some(cotangents) = self.wetting.cotangents(wall, side) {
+                        self.lean(domain, d, (wall, side), cotangents);
                     }
                 }
             }
@@ -106,14 +109,16 @@ impl Heights {
         }
     }
 
-    /// Moves the mirror image of the heights along `d` in the first layer behind a wall as its angle with this cotangent does.
-    fn lean(&mut self, domain: &Domain, d: usize, (wall, side): (usize, usize), cotangent: Real) {
+    /// Moves the mirror image of the heights along `d` in the first layer behind a wall as its angle does, between the advancing and the
+    /// receding one with these cotangents.
+    fn lean(&mut self, domain: &Domain, d: usize, (wall, side): (usize, usize), [least, most]: [Real; 2]) {
         let (third, spacing) = (3 - d - wall, domain.grid().spacing);
         let [stride, aside, inward] = [d, third, wall].map(|d| domain.strides()[d]);
         let (layer, inward) = if side == 0 { (-1, inward) } else { (domain.cells()[wall] as isize, -inward) };
         let mut range = domain.interior();
         range[wall] = layer..layer + 1;
-        let values = self.fields[d].data();
+        let Self { fields, own, third: next, pins, kept: rules, .. } = self;
+        let (values, places) = (fields[d].data(), pins.at(d, wall));
         // Slope along the wall in a layer before it, beside a height; with a column missing the slope of the other half.
         let slope = |at: isize, up: bool, h: Real| {
             let beside = |by: isize| nearest(values, stride, at + by, up, h);
@@ -125,26 +130,68 @@ impl Heights {
             };
             Some(rise * spacing[d] / spacing[third])
         };
-        let per_width = cotangent * spacing[wall] / spacing[d];
-        domain.for_each_row(&range, self.own.data_mut(), |row, moved| {
-            for (moved, at) in moved.iter_mut().zip(row.shifted(0)) {
+        let per_width = spacing[wall] / spacing[d];
+        // How far the interface would move out of the liquid from the first layer to the one behind the wall as it does before it.
+        let moves = |at: isize, up: bool, h: Real| {
+            let [first, second, third] = [1, 2, 3].map(|n| nearest(values, stride, at + n * inward, up, h));
+            let first = first? - second?;
+            let by = third.map_or(first, |third| 2.0 * first - (second.unwrap_or(third) - third));
+            Some(if up { by } else { -by })
+        };
+        domain.for_each_row(&range, (own.data_mut(), next.data_mut()), |row, (moved, next)| {
+            for ((moved, next), at) in moved.iter_mut().zip(next).zip(row.shifted(0)) {
+                *next = 0.0;
                 *moved = told(values[at]).map_or(0.0, |(h, up)| {
                     let before = |layer: isize| slope(at as isize + layer * inward, up, h);
                     let on_wall = match [before(1), before(2)] {
                         [Some(first), Some(second)] => first + 0.5 * (first - second),
                         [first, second] => first.or(second).unwrap_or(0.0),
                     };
-                    let by = per_width * on_wall.hypot(1.0);
+                    let unit = per_width * on_wall.hypot(1.0);
+                    let by = if let Some(places) = places {
+                        let to = |place: Real| if up { 2.0 * (place - h) } else { 2.0 * (h - place) };
+                        let stands = pins::nearest(places, at as isize, stride, h).map(to);
+                        let by = stands.or_else(|| moves(at as isize, up, h)).unwrap_or(0.0);
+                        by.clamp(least * unit, most * unit)
+                    } else {
+                        least * unit
+                    };
+                    *next = pins::kept(if up { h + 0.5 * by } else { h - 0.5 * by });
                     let h = if up { h + by } else { h - by };
                     // Further away than any column is looked up.
                     if h.abs() < SHIFT { kept(h, up) } else { 0.0 }
                 });
             }
         });
-        let moved = self.own.data();
-        domain.for_each_row(&range, self.fields[d].data_mut(), |row, field| {
+        let moved = own.data();
+        domain.for_each_row(&range, fields[d].data_mut(), |row, field| {
             field.copy_from_slice(&moved[row.shifted(0)]);
         });
+        pins.set(domain, (d, wall), &range, next, &rules[d]);
+    }
+
+    /// Where lines of contact with two angles stand, for a restart: the direction along the wall, that of the wall, and places before it.
+    pub fn pinned(&self, domain: &Domain) -> impl Iterator<Item = ([usize; 2], Field<Real>)> {
+        self.pins.before_walls(domain)
+    }
+
+    /// Goes on with the places that `read` has for lines of contact with two angles.
+    ///
+    /// # Errors
+    /// That of `read`.
+    pub fn pin<E>(
+        &mut self,
+        domain: &Domain,
+        read: impl Fn([usize; 2]) -> Result<Option<Field<Real>>, E>,
+    ) -> Result<(), E> {
+        for [d, wall] in (0..9).map(|n| [n / 3, n % 3]) {
+            if self.pins.at(d, wall).is_some()
+                && let Some(before) = read([d, wall])?
+            {
+                self.pins.resume(domain, [d, wall], &before, &self.kept[d]);
+            }
+        }
+        Ok(())
     }
 
     /// Brings the liquid fraction of the third ghost layer along `d` into the first of `third`: that of a cell in the last layer of a
@@ -165,7 +212,7 @@ impl Heights {
     fn find_own(&mut self, domain: &Domain, c: &Field<Real>, d: usize) {
         let (c, third, stride) = (c.data(), self.third.data(), domain.strides()[d]);
         let wetting = self.wetting;
-        let has_angle = [0, 1].map(|side| wetting.cotangent(d, side) != 0.0);
+        let has_angle = [0, 1].map(|side| wetting.cotangents(d, side).is_some());
         let last = domain.cells()[d] as isize - 1;
         domain.for_each_row(&domain.interior(), self.own.data_mut(), |row, own| {
             let ([below, here], above) = ([-stride, 0].map(|by| &c[row.shifted(by)]), &c[row.shifted(stride)]);
@@ -307,7 +354,7 @@ fn rules(boundary: &Boundary, d: usize) -> GhostRules {
 fn kept_rules(boundary: &Boundary, d: usize) -> GhostRules {
     let mut kept = rules(boundary, d);
     for wall in (0..3).filter(|&wall| wall != d) {
-        for side in (0..2).filter(|&side| boundary.cotangent(wall, side) != 0.0) {
+        for side in (0..2).filter(|&side| boundary.cotangents(wall, side) != [0.0; 2]) {
             kept.sides[wall][side] = Ghost::Kept;
         }
     }

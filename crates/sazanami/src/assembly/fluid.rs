@@ -22,12 +22,17 @@ use crate::case::meaning::{
 /// # Errors
 /// [`BoundaryError`] if the sides contradict each other.
 pub(crate) fn boundary(case: &Case) -> Result<Boundary, BoundaryError> {
-    let angles = case.fluid.contact_angle.unwrap_or_default();
-    let angle = |d: usize, upper: usize| angles.at(d, upper, &case.boundary[d][upper]).unwrap_or(FRAC_PI_2);
+    let (angles, receding) =
+        (case.fluid.contact_angle.unwrap_or_default(), case.fluid.receding_angle.unwrap_or_default());
+    let pair = |d: usize, upper: usize| {
+        let side = &case.boundary[d][upper];
+        let advancing = angles.at(d, upper, side).unwrap_or(FRAC_PI_2);
+        [advancing, receding.at(d, upper, side).unwrap_or(advancing)]
+    };
     // The fluid outside open sides does not move with the box.
     Ok(Boundary::new(case.boundary)?
         .with_gravity_outside(case.gravity)
-        .with_contact_angles([0, 1, 2].map(|d| [angle(d, 0), angle(d, 1)])))
+        .with_contact_angles([0, 1, 2].map(|d| [pair(d, 0), pair(d, 1)])))
 }
 
 /// Properties of the two fluids.

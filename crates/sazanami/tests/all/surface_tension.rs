@@ -5,7 +5,7 @@ use std::path::Path;
 use sazanami::check::{self, CostModel, Known};
 use sazanami::machine::Machine;
 
-use crate::support::{On, Scratch, load, start};
+use crate::support::{Left, On, Scratch, go_on, load, start};
 
 /// A quarter of a disc in a slice.
 const SLICE: &str = include_str!("../cases/surface-tension-slice.toml");
@@ -50,6 +50,58 @@ fn contact_angles_that_make_no_sense_are_refused_with_the_way_out() {
     assert!(symmetric.contains("none holds the fluid") && symmetric.contains("x3_lower"), "{symmetric}");
     // Negative control: named, a wall without friction has an angle.
     load(SLICE, &["fluid.contact_angle.x3_lower=60 deg"]);
+}
+
+#[test]
+fn receding_angles_that_make_no_sense_are_refused_with_the_way_out() {
+    let larger = refusal(&["fluid.receding_angle.x3_lower=70 deg", "fluid.contact_angle.x3_lower=60 deg"]);
+    assert!(
+        larger.contains("a receding angle of 70 degrees at x3_lower") && larger.contains("from 60 degrees on"),
+        "{larger}"
+    );
+    let alone = refusal(&["fluid.receding_angle.x3_lower=100 deg"]);
+    assert!(alone.contains("from 90 degrees on") && alone.contains("fluid.contact_angle"), "{alone}");
+    let periodic = refusal(&["fluid.receding_angle.x2=60 deg"]);
+    assert!(periodic.contains("x2_lower, which is no wall"), "{periodic}");
+    let grains = refusal(&["fluid.receding_angle.grains=60 deg"]);
+    assert!(grains.contains("a receding angle of grains"), "{grains}");
+    // Negative control.
+    load(SLICE, &["fluid.receding_angle.x3_lower=60 deg"]);
+}
+
+#[test]
+fn a_line_of_contact_that_is_held_is_the_same_on_ranks_and_after_a_restart() {
+    let scratch = Scratch::new("held-line");
+    let slope = |more: &[&str]| -> Vec<String> {
+        let slope = [
+            "boundary.x1=no_slip",
+            "boundary.x3=no_slip",
+            "gravity=[\"150 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"]",
+            "liquid.0.region={ cylinder = { centre = [\"0.5 mm\", \"0 mm\", \"0 mm\"], diameters = [\"0.7 mm\", \"0.7 mm\"] } }",
+            "fluid.contact_angle.x3_lower=110 deg",
+            "run.until=1 ms",
+            "fluid.tol_div=1e-11",
+        ];
+        slope.iter().chain(more).map(|text| (*text).to_owned()).collect()
+    };
+    let ran = |more: &[&str], folder: &Path, on: On| -> Left {
+        let changes = slope(more);
+        let changes: Vec<&str> = changes.iter().map(String::as_str).collect();
+        start(&load(SLICE, &changes), folder, on).expect("the run ends well");
+        Left::in_folder(folder)
+    };
+    let two_angles = ["fluid.receding_angle.x3_lower=60 deg"];
+    let whole = ran(&two_angles, &scratch.join("whole"), On::threads(1).steps(24));
+    let ranks = ran(&two_angles, &scratch.join("ranks"), On::ranks(2, 1).steps(24));
+    let energy = |left: &Left| *left.series.column("kinetic_energy_fluid").last().expect("rows");
+    assert!((energy(&whole) / energy(&ranks) - 1.0).abs() < 1e-6, "{} {}", energy(&whole), energy(&ranks));
+    let parts = scratch.join("parts");
+    ran(&two_angles, &parts, On::threads(1).steps(11));
+    go_on(&parts, On::threads(2).steps(13)).0.expect("the run goes on");
+    assert_eq!(Left::in_folder(&parts).hash(), whole.hash());
+    // Negative control: with one angle the drop moves otherwise.
+    let one = ran(&[], &scratch.join("one"), On::threads(1).steps(24));
+    assert!((energy(&whole) / energy(&one) - 1.0).abs() > 1e-3, "{} {}", energy(&whole), energy(&one));
 }
 
 #[test]

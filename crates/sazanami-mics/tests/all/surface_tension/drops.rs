@@ -165,7 +165,7 @@ impl Case {
     pub fn solver(&self, communicator: Box<dyn Communicator>, from: Option<&Snapshot>) -> Solver {
         let width = 1.0 / self.cells[0] as Real;
         let grid = Grid::new(self.cells, Vector::ZERO, width * Vector::from_array(self.cells.map(|n| n as Real)));
-        let angles = self.angles.map(|pair| pair.map(Real::to_radians));
+        let angles = self.angles.map(|pair| pair.map(|angle| [angle.to_radians(); 2]));
         let boundary = Boundary::new(self.sides).expect("the case is sound").with_contact_angles(angles);
         let domain = Domain::new(grid, boundary.periodic(), communicator).expect("cells for every rank");
         let mut flow = Flow::new(&domain, self.fluids, Schemes::default());
