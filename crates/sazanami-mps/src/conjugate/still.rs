@@ -3,7 +3,8 @@
 //! Where particles are not on a lattice, the force `G p` of a pressure that is the same everywhere is not zero: it pushes them
 //! apart, and water under its own weight does not come to rest. In a bed that is seepage, which lifts grains. So the unknown is
 //! what the pressure has beyond `P = rho b.x + level`, and in rows between grains that see no surface `P` acts by its gradient `rho b`, so
-//! that still water stays as it is. Rows that see a surface keep `G P` and `C P`: the pressure vanishes beyond the outermost
+//! that still water stays as it is; where grains are sparse by a part of it and by the rest of `G P`. From one row to the next the two differ by
+//! a force that no other row answers: a lone grain in still water stirred it to a tenth of `sqrt(g H)` where the edge was sharp. Rows that see a surface keep `G P` and `C P`: the pressure vanishes beyond the outermost
 //! particles as in clear water. Rows of clear water keep them too, but where there is no surface: what pushes particles to sparse places
 //! is the force of the pressure on them, and what is left of it beyond `P` is negative wherever the surface has sunk. There it would pull
 //! particles apart from one another, and the water swells. For the same reason the level is the lowest between grains and not the mean: what
@@ -24,13 +25,16 @@ use crate::reductions::{largest, set_column, sum_of};
 /// Force of a pressure that is the same everywhere, times the spacing, below which an arrangement counts as a lattice.
 const LEAST_FORCE: Real = 0.01;
 
+/// Reciprocal void fraction from which on a row lies wholly between grains.
+const BETWEEN: Real = 1.1;
+
 /// Columns over particles and ghosts.
 #[derive(Debug, Default)]
 pub(crate) struct Still {
     /// Whether a pressure is split off in this step.
     pub splits: bool,
-    /// Whether a row has the gradient of `P` and not its force.
-    exact: Vec<bool>,
+    /// Part of a row that has the gradient of `P` and not its force.
+    exact: Vec<Real>,
     /// `P` \[Pa].
     pressure: Vec<Real>,
     /// What acts of it [Pa/m].
@@ -62,16 +66,27 @@ impl Still {
         let Particles { kind, position, pressure, owned, .. } = particles;
         let (kind, position, owned) = (&kind[..], &position[..], *owned);
         let force = step.settings.fluid.density * step.still_force();
-        let inside = |a: usize| (closed || bulk.inverse_void[a] > 1.0) && !rows[a].beside_surface;
-        set_column(&mut self.exact, owned, |a| kind[a] == Kind::Fluid && inside(a));
+        let between = |a: usize| ((bulk.inverse_void[a] - 1.0) / (BETWEEN - 1.0)).min(1.0);
+        let part = |a: usize| {
+            if rows[a].beside_surface {
+                0.0
+            } else if closed {
+                1.0
+            } else {
+                between(a)
+            }
+        };
+        set_column(&mut self.exact, owned, |a| if kind[a] == Kind::Fluid { part(a) } else { 0.0 });
         let (exact, old) = (&self.exact[..], &pressure[..]);
         let beyond = |a: usize| old[a] - force.dot(position[a]);
-        let [sum, number] = step.domain.sum(sum_of(owned, |a| if exact[a] { [beyond(a), 1.0] } else { [0.0; 2] }));
+        let [sum, number] =
+            step.domain.sum(sum_of(owned, |a| if exact[a] > 0.0 { [beyond(a), 1.0] } else { [0.0; 2] }));
         self.splits = number > 0.0;
         if !self.splits {
             return;
         }
-        let lowest = || -step.domain.max(largest(owned, |a| if exact[a] { -beyond(a) } else { Real::NEG_INFINITY }));
+        let lowest =
+            || -step.domain.max(largest(owned, |a| if exact[a] > 0.0 { -beyond(a) } else { Real::NEG_INFINITY }));
         let level = if closed { sum / number } else { lowest() };
         let at = |a: usize| if kind[a] == Kind::Fluid { level + force.dot(position[a]) } else { 0.0 };
         set_column(&mut self.pressure, kind.len(), at);
@@ -79,7 +94,7 @@ impl Still {
         let still = &self.pressure[..];
         self.gradient.resize(kind.len(), Vector::ZERO);
         operators.force(blocks, still, &mut self.gradient[..owned], |into, a, found| {
-            *into = if exact[a] { force } else { found };
+            *into = exact[a] * force + (1.0 - exact[a]) * found;
         });
         ghosts.refresh(step.domain, &mut self.gradient);
         for_each_chunk(&mut pressure[..], ROWS, |number, pressure| {
@@ -102,13 +117,10 @@ impl Still {
         for_each_chunk(rows, ROWS, |number, rows| {
             for (row, entry) in rows.iter_mut().enumerate().filter(|(_, entry)| entry.diagonal > 0.0) {
                 let a = number * ROWS + row;
-                if exact[a] {
-                    entry.right += divergence[a];
-                    continue;
-                }
                 let [.., near] = operators.pairs.differences(blocks, a, |b| [0.0, 0.0, 0.0, pressure[b]]);
                 let compact = (entry.diagonal - operators.sums[a][3]) * pressure[a] - near;
-                entry.right += (1.0 - COMPACT) * divergence[a] - COMPACT * compact;
+                let compact = exact[a] * divergence[a] - (1.0 - exact[a]) * compact;
+                entry.right += (1.0 - COMPACT) * divergence[a] + COMPACT * compact;
             }
         });
     }
