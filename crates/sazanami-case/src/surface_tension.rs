@@ -91,6 +91,16 @@ fn check_receding(case: &Case, receding: &ContactAngles, cx: &mut Context<'_>) {
         let side = &case.boundary[d][upper];
         let Some(least) = receding.at(d, upper, side) else { continue };
         let most = advancing.at(d, upper, side).unwrap_or(FRAC_PI_2);
+        if matches!(side, BoundarySide::Moving { .. }) && least < most {
+            cx.report
+                .error_at(
+                    cx.places.near("fluid.receding_angle"),
+                    format!("a receding angle at {}, which moves", SIDE_NAMES[d][upper]),
+                )
+                .label("the line of contact would be held in the box, not on the wall that slides past it")
+                .help("leave it out there: name the walls that stand still");
+            return;
+        }
         if least > most {
             let [least, most] = [least, most].map(|angle| rounded(angle.to_degrees()));
             cx.report

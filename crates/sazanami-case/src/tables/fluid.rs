@@ -202,8 +202,8 @@ pub struct FluidOptions {
     /// Angles at which the interface meets walls and grains, with surface tension.
     #[key(table)]
     pub contact_angle: Option<ContactAngles>,
-    /// Smaller angles, down to which the interface stays where it is at walls that it has wetted: from those of `contact_angle` on it
-    /// advances. Without, one angle holds at rest and in motion. Not of grains.
+    /// Angles below which a line of contact recedes; between these and those of `contact_angle`, from which on it advances, it stands still.
+    /// Where none is given it is that of `contact_angle`. Of walls that stand still only, not of grains.
     #[key(table)]
     pub receding_angle: Option<ContactAngles>,
     /// Velocity at the start, on top of that of the liquids; on a grid the pressure takes out its divergence.

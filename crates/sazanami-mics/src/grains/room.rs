@@ -12,7 +12,7 @@
 //! liquid through the faces of the cell, so that the sum of L is kept to round-off, and a cell in a bath of liquid stays
 //! full to the last bit. After the grains have moved, V becomes 1 - alpha; what that changes is gas. Liquid beyond
 //! the room, or less than none, goes to the neighbours (`settle.rs`). C, and with it density and viscosity, is L / V. A cell without
-//! room takes C from the cells around that have some: it holds no liquid, but how far the pressure moves the faces between it and these
+//! room next to open ones takes C from these: it holds no liquid, but how far the pressure moves the faces between it and these
 //! depends on its density. Left to the sweeps it would be gas beside liquid here and there, and a ball that floats would be shaken.
 //!
 //! Momentum is counted on the open part, `sum V rho u dV + sum M v`. The equations of the fluid still hold on whole cells; what

@@ -38,7 +38,7 @@ const LAYERS: usize = 6;
 const TELLS: Real = 0.5;
 /// Open part from which on the continued fraction is at least the liquid in it.
 const HOLDS: Real = 0.25;
-/// Least gradient of the liquid fraction that is an interface [1/cell]: one that touches the cell's corner has four times as much. Wisps of
+/// Least gradient of the liquid fraction that is an interface [1/cell]: an interface that only touches a corner of the cell still has 0.4. Wisps of
 /// liquid that grains leave beside them as they move have less, and no direction.
 const STEEP: Real = 0.1;
 /// Slices in which the liquid of a cell cut by two planes is summed.

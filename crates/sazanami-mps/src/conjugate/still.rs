@@ -4,7 +4,7 @@
 //! apart, and water under its own weight does not come to rest. In a bed that is seepage, which lifts grains. So the unknown is
 //! what the pressure has beyond `P = rho b.x + level`, and in rows between grains that see no surface `P` acts by its gradient `rho b`, so
 //! that still water stays as it is; where grains are sparse by a part of it and by the rest of `G P`. From one row to the next the two differ by
-//! a force that no other row answers: a lone grain in still water stirred it to a tenth of `sqrt(g H)` where the edge was sharp. Rows that see a surface keep `G P` and `C P`: the pressure vanishes beyond the outermost
+//! a force that no other row answers: a lone grain in still water stirred it to two fifths of `sqrt(g H)` where the edge was sharp. Rows that see a surface keep `G P` and `C P`: the pressure vanishes beyond the outermost
 //! particles as in clear water. Rows of clear water keep them too, but where there is no surface: what pushes particles to sparse places
 //! is the force of the pressure on them, and what is left of it beyond `P` is negative wherever the surface has sunk. There it would pull
 //! particles apart from one another, and the water swells. For the same reason the level is the lowest between grains and not the mean: what

@@ -10,7 +10,7 @@ use super::substeps::longest_substep;
 use super::{BedReport, CheckReport, ImpactReport, RanksReport, SubstepCause, TankReport, bytes, number};
 use crate::amounts::{self, length};
 use crate::assembly::grains::wet_interactions;
-use crate::case::meaning::{Case, GrainPlacement, RunEnd, SIDE_NAMES, Substeps};
+use crate::case::meaning::{Case, Exchange, GrainPlacement, RunEnd, SIDE_NAMES, Substeps};
 use crate::case::units::rounded;
 use crate::progress::duration;
 
@@ -138,7 +138,8 @@ fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
                     size / particles.spacing_m
                 ),
                 None => {
-                    let wets = case.fluid.surface_tension.is_some_and(|sigma| sigma > 0.0);
+                    let wets = case.fluid.surface_tension.is_some_and(|sigma| sigma > 0.0)
+                        && case.coupling.exchange == Exchange::Surface;
                     let narrow = if wets && cells < WIDE * (1.0 - 1e-9) {
                         "; below eight cells the interface meets it at no angle"
                     } else {

@@ -63,6 +63,9 @@ fn receding_angles_that_make_no_sense_are_refused_with_the_way_out() {
     assert!(alone.contains("from 90 degrees on") && alone.contains("fluid.contact_angle"), "{alone}");
     let periodic = refusal(&["fluid.receding_angle.x2=60 deg"]);
     assert!(periodic.contains("x2_lower, which is no wall"), "{periodic}");
+    let lid = "boundary.x3_lower={ moving = { velocity = [\"1 m/s\", \"0 m/s\", \"0 m/s\"] } }";
+    let moving = refusal(&[lid, "fluid.receding_angle.x3_lower=60 deg"]);
+    assert!(moving.contains("a receding angle at x3_lower, which moves"), "{moving}");
     let grains = refusal(&["fluid.receding_angle.grains=60 deg"]);
     assert!(grains.contains("a receding angle of grains"), "{grains}");
     // Negative control.
