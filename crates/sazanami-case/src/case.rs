@@ -18,12 +18,12 @@ use crate::presets::{Preset, Solver};
 use crate::read::{At, Context, Table};
 use crate::tables::{
     Bed, BoundarySide, BoxDomain, Checkpoints, Contacts, Coupling, DemOptions, Drive, Erosion, FilmRoughness,
-    FluidOptions, Frame, Gate, GrainPlacement, HeapObserved, LiquidRegion, Material, Materials, OutputFrame, Outputs,
-    Overlap, Particles, Population, Preparation, Probe, Ripples, RunLength, Sides, WallMotion, check_names,
+    FluidOptions, Follows, Frame, Gate, GrainPlacement, HeapObserved, LiquidRegion, Material, Materials, OutputFrame,
+    Outputs, Overlap, Particles, Population, Preparation, Probe, Ripples, RunLength, Sides, WallMotion, check_names,
 };
 use crate::value::{Range1, Value};
 use crate::write::{Paths, Written};
-use crate::{cross_checks, moving_particles};
+use crate::{cross_checks, driven, moving_particles};
 
 /// Largest gap of a film in cells: at wider ones the cells have the lubrication.
 const FILM_CELLS: Real = 0.5;
@@ -286,6 +286,9 @@ impl Case {
     /// The mean velocity that is held, if one is.
     #[must_use]
     pub fn mean_flow(&self) -> Option<MeanFlowSettings> {
+        if self.follows_liquid() {
+            return Some(self.followed());
+        }
         let drive = self.drive.as_ref()?;
         let velocity = drive.mean_velocity?;
         let Drive { above, answer, ramp: rise, acts_by, .. } = *drive;
@@ -295,7 +298,44 @@ impl Case {
         let held = [0, 1, 2].map(|d| if periodic[d] { everywhere || pulled(d) } else { velocity[d] != 0.0 });
         let net = everywhere || (self.solver == Solver::Mics && acts_by == ActsBy::Volume);
         let beside = self.resting_gravity() + drive.acceleration;
-        Some(MeanFlowSettings { velocity, held, net, above, area: extent.x * extent.y, answer, rise, acts_by, beside })
+        Some(MeanFlowSettings {
+            velocity,
+            held,
+            net,
+            above,
+            area: extent.x * extent.y,
+            answer,
+            rise,
+            acts_by,
+            beside,
+            moves_box: false,
+        })
+    }
+
+    /// Whether the box falls with its liquid.
+    #[must_use]
+    pub fn follows_liquid(&self) -> bool {
+        self.frame.as_ref().is_some_and(|frame| frame.follows == Follows::Liquid)
+    }
+
+    /// A box that follows its liquid along gravity: what of the weight the fluid around does not bear is the acceleration of the box. It
+    /// answers in the time of a fall through a cell.
+    fn followed(&self) -> MeanFlowSettings {
+        let extent = self.domain.extent();
+        let fall = (self.domain.spacing().min_element() / self.gravity.length()).sqrt();
+        let answer = fall.max(self.fluid.step.longest() / driven::LONGEST_STEP);
+        MeanFlowSettings {
+            velocity: Vector::ZERO,
+            held: self.gravity.to_array().map(|g| g != 0.0),
+            net: false,
+            above: self.domain.lower.z,
+            area: extent.x * extent.y,
+            answer,
+            rise: 0.0,
+            acts_by: ActsBy::Mass,
+            beside: self.gravity,
+            moves_box: true,
+        }
     }
 
     /// The periodic directions.

@@ -8,6 +8,7 @@ use sazanami_numerics::{Real, Vector};
 use crate::bridges;
 use crate::case::Case;
 use crate::driven;
+use crate::followed;
 use crate::liquids_at_walls;
 use crate::plausible;
 use crate::presets::Solver;
@@ -43,6 +44,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     check_feeds(case, cx);
     surface_tension::check(case, cx);
     bridges::check(case, cx);
+    followed::check(case, cx);
     driven::check(case, cx);
     driven::check_fall(case, cx);
     liquids_at_walls::check(case, cx);

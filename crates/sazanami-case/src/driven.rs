@@ -7,13 +7,11 @@ use sazanami_numerics::{Real, Vector};
 use crate::case::Case;
 use crate::presets::Solver;
 use crate::read::Context;
-use crate::tables::{
-    BoundarySide, Drive, FluidName, GrainPlacement, Placement, Population, SIDE_NAMES, Step, place_of_side,
-};
+use crate::tables::{BoundarySide, Drive, FluidName, GrainPlacement, Placement, Population, SIDE_NAMES, place_of_side};
 use crate::units::rounded;
 
 /// Longest step over the time of the answer; the force swings from one on.
-const LONGEST_STEP: Real = 0.25;
+pub const LONGEST_STEP: Real = 0.25;
 
 /// Part of gravity up to which it counts as borne.
 const BORNE: Real = 1e-9;
@@ -45,10 +43,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     check_mean(case, drive.above, cx);
     let longest = match (&case.particles, case.solver) {
         (Some(particles), Solver::Mps) => particles.dt.unwrap_or(particles.dt_max),
-        _ => match case.fluid.step {
-            Step::Fixed(dt) => dt,
-            Step::Adaptive { longest, .. } => longest,
-        },
+        _ => case.fluid.step.longest(),
     };
     if longest > LONGEST_STEP * drive.answer {
         cx.report
@@ -103,7 +98,7 @@ fn check_net_flow(case: &Case, drive: &Drive, cx: &mut Context<'_>) {
 }
 
 /// Whether grains of a population do not move by the forces on them.
-fn is_held(population: &Population) -> bool {
+pub fn is_held(population: &Population) -> bool {
     match &population.placement {
         GrainPlacement::List(list) => list.iter().any(|grain| grain.motion != Motion::Free),
         _ => population.motion != Motion::Free,

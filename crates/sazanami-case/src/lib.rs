@@ -21,6 +21,7 @@ mod cross_checks;
 pub mod diagnostics;
 mod driven;
 mod explain;
+mod followed;
 pub mod key;
 mod known;
 mod liquids_at_walls;

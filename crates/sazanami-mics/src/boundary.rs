@@ -128,6 +128,17 @@ impl Boundary {
         self.outside_gravity
     }
 
+    /// The same box with fluid that enters faster `by` a velocity [m/s].
+    #[must_use]
+    pub(crate) fn with_faster_inflow(mut self, by: Vector) -> Self {
+        for side in self.sides.iter_mut().flatten() {
+            if let Side::Inflow { velocity, .. } = side {
+                *velocity += by;
+            }
+        }
+        self
+    }
+
     /// Gives walls the angles in the liquid between which an interface with surface tension meets them \[rad], between 0 and pi: the
     /// advancing one, and the receding one, which is no larger. Those of sides that are no walls are not used. Without, it meets them at a
     /// right angle.

@@ -12,7 +12,16 @@ impl Solver {
     #[must_use]
     pub fn with_mean_flow(mut self, mean_flow: Option<MeanFlow>) -> Self {
         self.mean_flow = mean_flow;
+        self.move_box();
         self
+    }
+
+    /// Gives what enters a box that moves with its liquid the velocity that fluid at rest outside has there.
+    fn move_box(&mut self) {
+        let outside = self.mean_flow.map_or(Vector::ZERO, |flow| flow.outside());
+        if outside != Vector::ZERO {
+            self.boundary = self.given.with_faster_inflow(outside);
+        }
     }
 
     /// Lets the force answer to the mean velocity of the liquid outside grains after a step of `dt` \[s]. Collective.
@@ -50,6 +59,7 @@ impl Solver {
         let density = flow.fluids.liquid_density * domain.grid().cell_volume();
         let report = held.answer(dt, density * Vector::new(x, y, z), density * volume);
         self.mean_flow = Some(held);
+        self.move_box();
         Some(report)
     }
 }

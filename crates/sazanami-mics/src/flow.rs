@@ -69,7 +69,7 @@ impl Flow {
         }
     }
 
-    /// Adds the liquid that fills the part `beta` of each cell, moving with `velocity` [m/s].
+    /// Adds the liquid that fills the part `beta` of each cell, moving with the `velocity` at its centre [m/s].
     ///
     /// Cells keep at most their whole volume; what is there already keeps its velocity. The face
     /// velocities are not touched: predict and project them before the first step.
@@ -78,7 +78,7 @@ impl Flow {
         domain: &Domain,
         boundary: &Boundary,
         beta: &Field<Real>,
-        velocity: Vector,
+        velocity: impl Fn(Vector) -> Vector + Sync,
         mode: DropVelocity,
     ) {
         let fluids = self.fluids;
@@ -94,6 +94,7 @@ impl Flow {
                         DropVelocity::Beta => added,
                     };
                     c[i] = after;
+                    let velocity = velocity(domain.centre(i as isize, row.j, row.k));
                     u1[i] += weight * (velocity.x - u1[i]);
                     u2[i] += weight * (velocity.y - u2[i]);
                     u3[i] += weight * (velocity.z - u3[i]);

@@ -122,6 +122,8 @@ pub struct Solver {
     pub(crate) previous_step: Option<Real>,
     /// The last flow that carried the liquid, and its advective rate [1/s].
     pub(crate) carried: Option<(CarryingFlow, Real)>,
+    /// The sides of the box as they are given; what enters a box that moves has another velocity.
+    pub(crate) given: Boundary,
     /// The mean velocity that is held, if one is.
     pub(crate) mean_flow: Option<MeanFlow>,
     /// What grains that were fed in since the last step changed of the stored momentum [N s].
@@ -189,6 +191,7 @@ impl Solver {
             room,
             previous_step: None,
             carried: None,
+            given: boundary,
             mean_flow: None,
             fed: Vector::ZERO,
         }

@@ -12,6 +12,9 @@
 //! times as fast, and `u` answers at the rates `1/T` and `k`.
 //!
 //! In steady flow `a` times the mass that it drives is the friction that holds this mass back: over a bed the shear stress.
+//! In a box that falls with its liquid the force is that of the frame: it holds the liquid where it is, the fluid outside is at rest and has
+//! the velocity that such a force gives it.
+//!
 //! A velocity that would take long to be reached at a bearable force rises as `U (3 s^2 - 2 s^3)`, `s = t / rise`.
 
 use crate::snapshot::{Snapshot, SnapshotError};
@@ -19,6 +22,8 @@ use crate::{Real, Vector, choices};
 
 /// Section of a snapshot with the state of the force.
 const STATE: &str = "mean_flow/state";
+/// Section with the velocity of the fluid outside a box that moves.
+const OUTSIDE: &str = "mean_flow/outside";
 
 choices! {
     /// What the force that drives a flow acts on grains by.
@@ -51,6 +56,8 @@ pub struct MeanFlowSettings {
     pub acts_by: ActsBy,
     /// Constant force per mass beside it, as that of gravity, which it bears along the held directions [m/s^2].
     pub beside: Vector,
+    /// Whether the force is that of a box that moves with the liquid.
+    pub moves_box: bool,
 }
 
 /// The mean flow and what drove it, at the end of a step.
@@ -62,6 +69,8 @@ pub struct MeanFlowReport {
     pub velocity: Vector,
     /// Force on that liquid over the area under it \[Pa]: in steady flow the shear stress there.
     pub stress: Vector,
+    /// What the velocity of the fluid outside has changed by, where the box moves [m/s]; the box has the opposite.
+    pub outside: Vector,
 }
 
 /// A mean velocity that is held, and the force that holds it.
@@ -73,13 +82,14 @@ pub struct MeanFlow {
     /// The part of the force that has gathered [m/s^2].
     held: Vector,
     acceleration: Vector,
+    outside: Vector,
 }
 
 impl MeanFlow {
     /// A flow that is held from now on, at first by what bears the constant force beside it.
     #[must_use]
     pub fn new(settings: MeanFlowSettings) -> Self {
-        let idle = Self { settings, time: 0.0, held: Vector::ZERO, acceleration: Vector::ZERO };
+        let idle = Self { settings, time: 0.0, held: Vector::ZERO, acceleration: Vector::ZERO, outside: Vector::ZERO };
         let held = if settings.net { Vector::ZERO } else { idle.in_held_directions(Vector::ZERO - settings.beside) };
         Self { held, acceleration: held, ..idle }
     }
@@ -91,13 +101,18 @@ impl MeanFlow {
     pub fn restore(settings: MeanFlowSettings, snapshot: &Snapshot) -> Result<Self, SnapshotError> {
         let state = snapshot.reals_of(STATE, 7)?;
         let [held, acceleration] = [1, 4].map(|n| Vector::from_slice(&state[n..n + 3]));
-        Ok(Self { settings, time: state[0], held, acceleration })
+        let outside =
+            if settings.moves_box { Vector::from_slice(snapshot.reals_of(OUTSIDE, 3)?) } else { Vector::ZERO };
+        Ok(Self { settings, time: state[0], held, acceleration, outside })
     }
 
     /// Adds the state of the force to a snapshot.
     pub fn save(&self, snapshot: &mut Snapshot) {
         let state = [self.held, self.acceleration].into_iter().flat_map(|v| v.to_array());
         snapshot.put_reals(STATE, std::iter::once(self.time).chain(state).collect());
+        if self.settings.moves_box {
+            snapshot.put_reals(OUTSIDE, self.outside.to_array().to_vec());
+        }
     }
 
     /// Body force per mass in the next step [m/s^2].
@@ -110,6 +125,12 @@ impl MeanFlow {
     #[must_use]
     pub fn by_volume(&self) -> Vector {
         if self.settings.acts_by == ActsBy::Volume { self.acceleration } else { Vector::ZERO }
+    }
+
+    /// What the velocity of the fluid outside a box that moves has changed by since it is held, none of others [m/s].
+    #[must_use]
+    pub const fn outside(&self) -> Vector {
+        self.outside
     }
 
     /// Whether the mean is that of all that is in the box.
@@ -156,7 +177,12 @@ impl MeanFlow {
     pub fn kept(&mut self, dt: Real, acceleration: Vector, velocity: Vector, mass: Real) -> MeanFlowReport {
         self.time += dt;
         (self.acceleration, self.held) = (acceleration, acceleration);
-        MeanFlowReport { acceleration, velocity, stress: acceleration * mass / self.settings.area }
+        MeanFlowReport {
+            acceleration,
+            velocity,
+            stress: acceleration * mass / self.settings.area,
+            outside: self.outside,
+        }
     }
 
     /// The wanted velocity at `time` \[s] since it is held [m/s].
@@ -171,10 +197,14 @@ impl MeanFlow {
     pub fn answer(&mut self, dt: Real, momentum: Vector, mass: Real) -> MeanFlowReport {
         let acceleration = self.acceleration;
         self.time += dt;
-        let MeanFlowSettings { area, answer, .. } = self.settings;
+        let MeanFlowSettings { area, answer, moves_box, .. } = self.settings;
         let stress = acceleration * mass / area;
+        if moves_box {
+            self.outside += acceleration * dt;
+        }
+        let outside = self.outside;
         if mass <= 0.0 {
-            return MeanFlowReport { acceleration, velocity: Vector::ZERO, stress };
+            return MeanFlowReport { acceleration, velocity: Vector::ZERO, stress, outside };
         }
         let mean = momentum / mass;
         let lacks = self.in_held_directions(self.wanted(self.time) - mean);
@@ -184,7 +214,7 @@ impl MeanFlow {
         };
         self.held += lacks * dt / (answer * answer) * Vector::new(faster(0), faster(1), faster(2));
         self.acceleration = self.held + 2.0 * lacks / answer;
-        MeanFlowReport { acceleration, velocity: mean, stress }
+        MeanFlowReport { acceleration, velocity: mean, stress, outside }
     }
 }
 
@@ -202,6 +232,7 @@ mod tests {
         rise: 0.0,
         acts_by: ActsBy::Mass,
         beside: Vector::ZERO,
+        moves_box: false,
     };
 
     /// Velocity after a second, last force and largest velocity of a mass of 2 kg with a friction of `rate` [1/s].
@@ -295,5 +326,12 @@ mod tests {
         flow.save(&mut snapshot);
         assert_eq!(MeanFlow::restore(flow.settings, &snapshot).unwrap(), flow);
         assert!(MeanFlow::restore(flow.settings, &Snapshot::default()).is_err());
+        // In a box that moves the fluid outside goes on with what it has gained.
+        let mut followed = MeanFlow::new(MeanFlowSettings { moves_box: true, beside: Vector::NEG_X, ..SETTINGS });
+        assert!(MeanFlow::restore(followed.settings, &snapshot).is_err());
+        let gained = followed.answer(0.01, Vector::ZERO, 1.0).outside;
+        assert_eq!((gained, flow.outside()), (Vector::new(0.01, 0.0, 0.0), Vector::ZERO));
+        followed.save(&mut snapshot);
+        assert_eq!(MeanFlow::restore(followed.settings, &snapshot).unwrap(), followed);
     }
 }

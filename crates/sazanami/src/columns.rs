@@ -47,6 +47,8 @@ pub(crate) struct SeriesParts {
     pub surface_tension: bool,
     /// The mean velocity that is held.
     pub mean_flow: bool,
+    /// The speed of a box that follows its liquid.
+    pub moving_box: bool,
     /// Liquid bridges between grains.
     pub bridges: bool,
 }

@@ -122,8 +122,10 @@ const INPUTS: &str = "inputs";
 const KINDS: [&str; 3] = ["shape", "contact-spheres", "bed"];
 /// Beginning of the names of those for what a tank may name, of which some may be absent.
 const TANK: &str = "tank";
+/// Beginning of the names of those for liquids.
+const LIQUID: &str = "liquid";
 
-/// Copies the meshes, contact spheres and beds that a case names into `folder`, so that the run can go on without
+/// Copies the meshes, contact spheres, beds and liquids that a case names into `folder`, so that the run can go on without
 /// the originals. Returns the case with the names of the copies, relative to `folder`.
 ///
 /// # Errors
@@ -193,7 +195,7 @@ fn population(number: usize) -> String {
 }
 
 /// The files that a case names, each with the folder of its copy within [`INPUTS`]: meshes, contact spheres and beds of
-/// its populations; motion, state and measured profiles of its tank.
+/// its populations; motion, state and measured profiles of its tank; liquids.
 fn inputs(case: &mut Case) -> Vec<(String, &mut PathBuf)> {
     let mut found = Vec::new();
     for (number, Population { shape, contact_spheres, placement, .. }) in case.grains.iter_mut().enumerate() {
@@ -216,10 +218,12 @@ fn inputs(case: &mut Case) -> Vec<(String, &mut PathBuf)> {
     let profiles = measured.flat_map(|measured| [&mut measured.bed, &mut measured.water]).flatten();
     let of_tank = motion.into_iter().chain(&mut case.preparation.state).chain(profiles).enumerate();
     found.extend(of_tank.map(|(number, file)| (format!("{TANK}-{number}"), file)));
+    let of_liquids = case.liquids.iter_mut().flat_map(|liquid| liquid.region.files()).enumerate();
+    found.extend(of_liquids.map(|(number, file)| (format!("{LIQUID}-{number}"), file)));
     found
 }
 
-/// The meshes, contact spheres and beds that a case names, and what its tank may name.
+/// The meshes, contact spheres, beds and liquids that a case names, and what its tank may name.
 pub(crate) fn inputs_of(case: &mut Case) -> Vec<PathBuf> {
     inputs(case).into_iter().map(|(_, file)| file.clone()).collect()
 }
@@ -239,13 +243,14 @@ fn clear_inputs(folder: &Path, needed: &[PathBuf]) -> Result<(), CommandError> {
         remove_if_empty(&place)?;
     }
     for place in fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()) {
-        let is_of_tank = place.file_name().is_some_and(|name| name.to_string_lossy().starts_with(TANK));
+        let is_of = |name: &str| [TANK, LIQUID].iter().any(|kind| name.starts_with(kind));
+        let is_ours = place.file_name().is_some_and(|name| is_of(&name.to_string_lossy()));
         for path in fs::read_dir(&place).into_iter().flatten().flatten().map(|entry| entry.path()) {
-            if is_of_tank && path.is_file() && !needed.contains(&path) {
+            if is_ours && path.is_file() && !needed.contains(&path) {
                 removed(&path, fs::remove_file(&path))?;
             }
         }
-        if is_of_tank {
+        if is_ours {
             remove_if_empty(&place)?;
         }
     }

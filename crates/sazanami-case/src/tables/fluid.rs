@@ -126,6 +126,17 @@ pub enum Step {
 
 read_by!(Step, StepKeys);
 
+impl Step {
+    /// The longest step \[s].
+    #[must_use]
+    pub fn longest(&self) -> Real {
+        match *self {
+            Self::Fixed(step) => step,
+            Self::Adaptive { longest, .. } => longest,
+        }
+    }
+}
+
 impl StepKeys {
     fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
         if !["dt_max", "dt_first", "dt_growth"].iter().any(|key| table.has(key)) {

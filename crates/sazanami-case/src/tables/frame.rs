@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use sazanami_case_derive::Keys;
-use sazanami_numerics::{Real, Vector};
+use sazanami_numerics::{Real, Vector, choices};
 
 use super::motion::MotionKeys;
 use super::{TankMotion, WallMotion, read_by};
@@ -49,6 +49,21 @@ struct FrameKeys {
     /// Displacement on top, by formula or from a file.
     #[key(table)]
     motion: Option<MotionKeys>,
+    /// What the box follows along gravity: with `liquid` it is accelerated so that the liquid stays in it without a mean velocity, as around a drop
+    /// that falls. The fluid outside is at rest: what enters through inflow sides has the velocity that it has seen from the box, at the
+    /// start that of the side. The speed of the box is in the series (`box_velocity_3`).
+    #[key(word, default = Follows::Nothing)]
+    follows: Follows,
+}
+
+choices! {
+    /// What a box follows.
+    pub enum Follows {
+        /// Nothing: it moves as it is told.
+        Nothing = "nothing",
+        /// The liquid in it.
+        Liquid = "liquid",
+    }
 }
 
 /// Motion of the frame of reference without rotation.
@@ -62,6 +77,8 @@ pub struct Frame {
     pub motion: Option<TankMotion>,
     /// Frame of reference of that motion.
     pub walls: WallMotion,
+    /// What it follows along gravity.
+    pub follows: Follows,
 }
 
 read_by!(Frame, FrameKeys);
@@ -70,12 +87,13 @@ impl FrameKeys {
     fn meaning(self, cx: &mut Context<'_>) -> Option<Frame> {
         let walls = self.motion.as_ref().map_or(WallMotion::AtRest, |motion| motion.walls);
         let motion = self.motion.and_then(|motion| motion.meaning(cx.known.run.until));
-        Some(Frame { acceleration: self.acceleration, oscillation: self.oscillation, motion, walls })
+        let Self { acceleration, oscillation, follows, .. } = self;
+        Some(Frame { acceleration, oscillation, motion, walls, follows })
     }
 
     fn of(frame: &Frame) -> Self {
         let motion = frame.motion.as_ref().map(|motion| MotionKeys::of(motion, frame.walls));
-        Self { acceleration: frame.acceleration, oscillation: frame.oscillation, motion }
+        Self { acceleration: frame.acceleration, oscillation: frame.oscillation, motion, follows: frame.follows }
     }
 }
 

@@ -183,7 +183,9 @@ impl LiquidKeys {
                 .error(table.place("region"), format!("`{}` lies outside the box", self.name))
                 .label(domain.reaches())
                 .help("positions are those of the shape's origin");
-        } else if reaches_over && matches!(self.region, Region::Sphere { .. } | Region::Spheroid { .. }) {
+        } else if reaches_over
+            && matches!(self.region, Region::Sphere { .. } | Region::Spheroid { .. } | Region::File(_))
+        {
             cx.report
                 .warning(Some(table.place("region")), format!("`{}` reaches over the edge of the box", self.name))
                 .label("what is outside is cut off");

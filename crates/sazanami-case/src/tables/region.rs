@@ -1,8 +1,11 @@
 //! `region` of `[[liquid]]`: shapes made of primitives.
 
+use std::path::PathBuf;
+
 use sazanami_case_derive::Keys;
 use sazanami_numerics::{Quaternion, Real, Vector, choices, geometry};
 
+use super::LiquidFile;
 use crate::read::{At, Context};
 
 choices! {
@@ -103,6 +106,8 @@ pub enum Region {
         #[key(unit = "m", range = Positive)]
         wavelength: Real,
     },
+    /// Liquid from the fields of another run: a drop as it falls, with the flow in it.
+    File(LiquidFile),
     /// Whatever one of several regions holds.
     Union(Vec<Region>),
 }
@@ -119,7 +124,7 @@ impl Region {
                 ((x - centre) / scale).length() <= 1.0
             }
             Self::HalfSpace { point, normal } => (x - point).dot(*normal) <= 0.0,
-            Self::Cylinder { .. } | Self::Wavy { .. } => self.geometry().contains(x),
+            Self::Cylinder { .. } | Self::Wavy { .. } | Self::File(_) => self.geometry().contains(x),
             Self::Union(regions) => regions.iter().any(|region| region.contains(x)),
         }
     }
@@ -150,6 +155,7 @@ impl Region {
                 amplitude: *amplitude,
                 wavelength: *wavelength,
             },
+            Self::File(file) => Self::File(file.moved(shift)),
             Self::Union(regions) => Self::Union(regions.iter().map(|region| region.moved(shift)).collect()),
         }
     }
@@ -170,7 +176,7 @@ impl Region {
                     if level && normal.z > 0.0 { point.z } else { Real::INFINITY },
                 ]
             }
-            Self::Cylinder { .. } | Self::Wavy { .. } => {
+            Self::Cylinder { .. } | Self::Wavy { .. } | Self::File(_) => {
                 let (lower, upper) = self.geometry().bounds();
                 [lower.z, upper.z]
             }
@@ -178,6 +184,15 @@ impl Region {
                 .iter()
                 .map(Self::heights)
                 .fold([Real::INFINITY, Real::NEG_INFINITY], |[low, high], [l, h]| [low.min(l), high.max(h)]),
+        }
+    }
+
+    /// The files that it names.
+    pub fn files(&mut self) -> Vec<&mut PathBuf> {
+        match self {
+            Self::File(LiquidFile { file, .. }) => vec![file],
+            Self::Union(regions) => regions.iter_mut().flat_map(Self::files).collect(),
+            _ => Vec::new(),
         }
     }
 
@@ -194,6 +209,7 @@ impl Region {
             Self::Spheroid { horizontal_diameter, vertical_diameter, .. } => {
                 Some(sixth * horizontal_diameter.powi(2) * vertical_diameter)
             }
+            Self::File(_) => self.geometry().volume(),
             Self::HalfSpace { .. } | Self::Cylinder { .. } | Self::Wavy { .. } | Self::Union(_) => None,
         }
     }
@@ -252,6 +268,7 @@ impl Region {
                 let half = Vector::new(*horizontal_diameter, *horizontal_diameter, *vertical_diameter) * 0.5;
                 Some((*centre - half, *centre + half))
             }
+            Self::File(_) => Some(self.geometry().bounds()).filter(|(lower, _)| lower.is_finite()),
             Self::HalfSpace { .. } | Self::Cylinder { .. } | Self::Wavy { .. } => None,
             Self::Union(parts) => {
                 let mut all = parts.iter().map(Self::bounds);
@@ -287,6 +304,8 @@ impl Region {
                 along: along.index(),
                 wave: geometry::Wave { amplitude: *amplitude, length: *wavelength },
             },
+            // A file that could not be read is an error of the case; until it is reported it holds nothing.
+            Self::File(file) => file.placed().map_or(geometry::Region::Union(Vec::new()), geometry::Region::Sampled),
             Self::Union(members) => geometry::Region::Union(members.iter().map(Self::geometry).collect()),
         }
     }

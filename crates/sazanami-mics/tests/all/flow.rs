@@ -76,7 +76,7 @@ fn stirred(domain: &Domain, boundary: &Boundary, viscosity: ViscosityScheme) -> 
     let fluids = Fluids { liquid_viscosity: 2.0, gas_viscosity: 0.02, ..WATER_AND_AIR };
     let mut flow = Flow::new(domain, fluids, Schemes { viscosity, ..Schemes::default() });
     let beta = ball(domain, Vector::new(0.45, 0.5, 0.55), 0.3, 4);
-    flow.add_liquid(domain, boundary, &beta, Vector::new(0.2, -0.1, -1.0), DropVelocity::Mass);
+    flow.add_liquid(domain, boundary, &beta, |_| Vector::new(0.2, -0.1, -1.0), DropVelocity::Mass);
     for (d, u) in flow.velocity.iter_mut().enumerate() {
         let before = u.clone();
         domain.set(u, |i, j, k| {

@@ -17,7 +17,7 @@ fn a_step_allocates_nothing_after_the_first() {
         let boundary = Boundary::closed();
         let mut flow = Flow::new(&domain, fluids, Schemes::default());
         let beta = ball(&domain, Vector::splat(2e-3), 1e-3, 4);
-        flow.add_liquid(&domain, &boundary, &beta, Vector::new(0.0, 0.0, -9.0), DropVelocity::Mass);
+        flow.add_liquid(&domain, &boundary, &beta, |_| Vector::new(0.0, 0.0, -9.0), DropVelocity::Mass);
         let mut step = || {
             flow.predict_faces(&domain, &boundary, Vector::new(0.0, 0.0, -9.8), 1e-6);
             flow.transport(&domain, &boundary, 1e-6);

@@ -56,7 +56,7 @@ impl Case {
         let exact = RegionFractions::new(&self.liquid, domain.grid(), 8);
         let mut beta = domain.field(0.0);
         domain.set(&mut beta, |i, j, k| exact.fraction(i, j, k));
-        flow.add_liquid(&domain, &boundary, &beta, self.velocity, DropVelocity::Mass);
+        flow.add_liquid(&domain, &boundary, &beta, |_| self.velocity, DropVelocity::Mass);
         let shape =
             Shape::sphere(self.diameter, 2, VolumeRule::Preserve, &ContactSphereRule::Single).expect("a sphere");
         let setup = Setup {

@@ -161,7 +161,7 @@ fn the_momentum_of_a_drop_depends_on_how_mixed_cells_start() {
     let exact = 1e3 * std::f64::consts::PI / 6.0 * diameter.powi(3) * speed;
     let share = |mode| {
         let mut flow = Flow::new(&domain, WATER_AND_AIR, Schemes::default());
-        flow.add_liquid(&domain, &Boundary::closed(), &beta, Vector::new(0.0, 0.0, -speed), mode);
+        flow.add_liquid(&domain, &Boundary::closed(), &beta, |_| Vector::new(0.0, 0.0, -speed), mode);
         -flow.momentum(&domain)[0].z / exact
     };
     let (mass, literal) = (share(DropVelocity::Mass), share(DropVelocity::Beta));

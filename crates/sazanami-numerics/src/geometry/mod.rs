@@ -20,7 +20,7 @@ pub use cylinder::Cylinder;
 pub use exact::Exact;
 pub use mass_properties::MassProperties;
 pub use primitives::{SpheroidMesh, VolumeRule, box_mesh, cylinder_mesh, sphere_mesh, spheroid_mesh};
-pub use region::{Region, RegionFractions, Wave};
+pub use region::{PlacedLiquid, Region, RegionFractions, SampledCells, SampledLiquid, Wave};
 pub use shape::{Shape, ShapeError, ShapeReport};
 pub use spheroid::Spheroid;
 pub use surface_mesh::SurfaceMesh;

@@ -6,11 +6,13 @@
 //! to the fractions.
 
 mod level;
+mod sampled;
 
 use std::f64::consts::PI;
 
 use crate::grid::Grid;
 use crate::{Matrix, Quaternion, Real, Vector};
+pub use sampled::{PlacedLiquid, SampledCells, SampledLiquid};
 
 /// A region of space.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,6 +69,8 @@ pub enum Region {
         /// The wave.
         wave: Wave,
     },
+    /// A body of liquid that is known by its share of the cells of a grid.
+    Sampled(PlacedLiquid),
     /// All that lies in at least one of the members.
     Union(Vec<Region>),
 }
@@ -100,6 +104,7 @@ impl Region {
             }
             Self::HalfSpace { point: on, normal } => (point - *on).dot(*normal) <= 0.0,
             Self::Cylinder { .. } | Self::Wavy { .. } => self.level(point) <= 0.0,
+            Self::Sampled(liquid) => liquid.contains(point),
             Self::Union(members) => members.iter().any(|m| m.contains(point)),
         }
     }
@@ -119,6 +124,7 @@ impl Region {
             Self::HalfSpace { point, normal } => (centre - *point).dot(*normal) <= radius * normal.length(),
             // Cautiously: the level is at most the distance.
             Self::Cylinder { .. } | Self::Wavy { .. } => self.level(centre) <= radius,
+            Self::Sampled(liquid) => liquid.touches_ball(centre, radius),
             Self::Union(members) => members.iter().any(|m| m.touches_ball(centre, radius)),
         }
     }
@@ -160,6 +166,7 @@ impl Region {
                 upper[*up] = crest[*up] - wave.amplitude + wave.amplitude.abs();
                 (Vector::splat(Real::NEG_INFINITY), upper)
             }
+            Self::Sampled(liquid) => liquid.bounds(),
             Self::Union(members) => {
                 members.iter().map(Self::bounds).fold(
                     (Vector::splat(Real::INFINITY), Vector::splat(Real::NEG_INFINITY)),
@@ -180,6 +187,7 @@ impl Region {
             Self::Sphere { radius, .. } => Some(4.0 / 3.0 * PI * radius.powi(3)),
             Self::Spheroid { semi_axes: s, .. } => Some(4.0 / 3.0 * PI * s.x * s.y * s.z),
             Self::HalfSpace { .. } | Self::Cylinder { .. } | Self::Wavy { .. } => None,
+            Self::Sampled(liquid) => Some(liquid.body.volume()),
             Self::Union(members) => {
                 let apart = |a: &Self, b: &Self| {
                     let ((la, ua), (lb, ub)) = (a.bounds(), b.bounds());
@@ -188,6 +196,18 @@ impl Region {
                 let disjoint = members.iter().enumerate().all(|(i, a)| members[i + 1..].iter().all(|b| apart(a, b)));
                 if disjoint { members.iter().map(Self::volume).sum() } else { None }
             }
+        }
+    }
+
+    /// Velocity of the liquid at a point beside that of the whole [m/s]: that of a sampled body, none of others.
+    #[must_use]
+    pub fn velocity(&self, point: Vector) -> Vector {
+        match self {
+            Self::Sampled(liquid) => liquid.velocity(point),
+            Self::Union(members) => {
+                members.iter().find(|m| m.contains(point)).map_or(Vector::ZERO, |m| m.velocity(point))
+            }
+            _ => Vector::ZERO,
         }
     }
 
@@ -226,6 +246,11 @@ impl Region {
                 by_distance((centre - *point).dot(*normal), half.dot(normal.abs()), 0.0)
             }
             Self::Cylinder { .. } | Self::Wavy { .. } => by_distance(self.level(centre), half.length(), 0.0),
+            Self::Sampled(liquid) => match liquid.values_in(centre, half) {
+                [least, _] if least >= 0.0 => Place::Inside,
+                [_, most] if most < 0.0 => Place::Outside,
+                _ => Place::Across,
+            },
             Self::Union(members) => {
                 members.iter().fold(Place::Outside, |place, m| match (place, m.place(centre, half)) {
                     (Place::Inside, _) | (_, Place::Inside) => Place::Inside,
@@ -272,7 +297,7 @@ impl Region {
                 }
             }
             // Found by their levels: see `has_level_alone`.
-            Self::Cylinder { .. } | Self::Wavy { .. } => {}
+            Self::Cylinder { .. } | Self::Wavy { .. } | Self::Sampled(_) => {}
             Self::Union(members) => members.iter().for_each(|m| m.intervals(x, y, found)),
         }
     }

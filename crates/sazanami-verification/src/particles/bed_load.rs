@@ -108,6 +108,7 @@ pub fn bed_load(scheme: Scheme, shields: Real, seconds: Real) -> Result<BedLoad,
         rise: 0.0,
         acts_by: ActsBy::Mass,
         beside: Vector::ZERO,
+        moves_box: false,
     }));
     let (mut found, mut seen) = (BedLoad::default(), [0.0; 2]);
     let mut last = 0.0;

@@ -65,6 +65,7 @@ pub fn bed_stress(scheme: Scheme, spacing: Real) -> Result<BedStress, Experiment
         rise: 0.0,
         acts_by: ActsBy::Mass,
         beside: Vector::ZERO,
+        moves_box: false,
     }));
     let (mut last, mut seen, mut stress, mut below) = (0.0, 0.0, 0.0, [0.0; 2]);
     advance(&mut solver, [0.0, TIME], under(DOWN), |time, solver, report| {

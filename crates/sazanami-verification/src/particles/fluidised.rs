@@ -154,6 +154,7 @@ impl BedOnSieve {
             rise: RISE,
             acts_by,
             beside: Vector::ZERO,
+            moves_box: false,
         };
         // Gravity acts by mass; what bears the water and drives the flow acts by volume.
         let (mut flow, driving) = (MeanFlow::new(settings), Cell::new(0.0));

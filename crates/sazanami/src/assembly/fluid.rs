@@ -143,7 +143,10 @@ pub fn pour(case: &Case, domain: &Domain, boundary: &Boundary, flow: &mut Flow, 
             }
         });
         match liquid.fluid {
-            FluidName::Liquid => flow.add_liquid(domain, boundary, &beta, liquid.velocity, liquid.drop_velocity),
+            FluidName::Liquid => {
+                let velocity = |x| liquid.velocity + region.velocity(x);
+                flow.add_liquid(domain, boundary, &beta, velocity, liquid.drop_velocity);
+            }
             FluidName::Gas => set_gas_velocity(domain, flow, &beta, liquid.velocity),
         }
     }

@@ -208,7 +208,7 @@ impl Liquids {
     /// A particle with the velocity of its liquid and that of its place.
     fn particle(&self, liquid: &Liquid, position: Vector) -> FluidParticle {
         let own = self.initial.map_or(Vector::ZERO, |initial| initial.at(&self.box_size, position));
-        FluidParticle { position, velocity: liquid.velocity + own }
+        FluidParticle { position, velocity: liquid.velocity + liquid.region.velocity(position) + own }
     }
 
     /// The particle of a place, if there is liquid.

@@ -72,6 +72,12 @@ impl<O: Observer> Further<O> {
         "driving_stress_2", "Pa", "the same along x2" => |row| of_mean_flow(row, |flow| flow.stress.y);
     };
 
+    /// Those of a run whose box follows its liquid.
+    const MOVING_BOX: &'static [SeriesCell<O>] = quantities! {
+        "box_velocity_3", "m/s", "what the velocity of the box that follows the liquid has changed by since the start, along x3"
+            => |row| of_mean_flow(row, |flow| -flow.outside.z);
+    };
+
     /// Those of a run with liquid bridges.
     const BRIDGES: &'static [SeriesCell<O>] = quantities! {
         "liquid_bridges", "", "liquid bridges between grains" => |row| of_step(row, |report| O::Water::contacts(report).bridges);
@@ -86,8 +92,9 @@ fn series<O: Observer>(parts: SeriesParts) -> impl Iterator<Item = SeriesCell<O>
     let crater = if parts.crater { O::SERIES_OF_CRATER } else { &[] };
     let interface = if parts.surface_tension { O::SERIES_OF_INTERFACE } else { &[] };
     let driven = if parts.mean_flow { Further::<O>::MEAN_FLOW } else { &[] };
+    let moving_box = if parts.moving_box { Further::<O>::MOVING_BOX } else { &[] };
     let bridges = if parts.bridges { Further::<O>::BRIDGES } else { &[] };
-    let further = crater.iter().chain(interface).chain(driven).chain(bridges);
+    let further = crater.iter().chain(interface).chain(driven).chain(moving_box).chain(bridges);
     first_columns::<O>().into_iter().chain(O::SERIES.iter().chain(further).copied())
 }
 

@@ -73,11 +73,11 @@ impl Files {
         let series = folder.join(SERIES);
         // Earlier versions wrote the columns of a crater, empty, where there was none to evaluate.
         let crater = case.erosion.is_some() || resumed_at.is_some() && has_column(&series, "crater_depth");
-        let held = case.drive.is_some_and(|drive| drive.mean_velocity.is_some());
         let parts = SeriesParts {
             crater,
             surface_tension: surface_tension_coefficient(case).is_some(),
-            mean_flow: held,
+            mean_flow: case.mean_flow().is_some(),
+            moving_box: case.follows_liquid(),
             bridges: case.dem.bridges.is_some(),
         };
         for name in [FIELDS, GRAINS, FIGURES, CHECKPOINTS] {

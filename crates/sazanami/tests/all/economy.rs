@@ -27,9 +27,9 @@ fn solver(substeps: Substeps, exchange: Exchange) -> Solver {
     let mut flow = Flow::new(&domain, fluids, Schemes::default());
     let mut beta = domain.field(0.0);
     domain.set(&mut beta, |_, _, k| if k < 3 { 1.0 } else { 0.0 });
-    flow.add_liquid(&domain, &boundary, &beta, Vector::ZERO, DropVelocity::Mass);
+    flow.add_liquid(&domain, &boundary, &beta, |_| Vector::ZERO, DropVelocity::Mass);
     let drop = ball(&domain, Vector::new(2.1e-3, 1.9e-3, 2.2e-3), 0.5e-3, 4);
-    flow.add_liquid(&domain, &boundary, &drop, Vector::new(0.1, 0.0, -1.0), DropVelocity::Mass);
+    flow.add_liquid(&domain, &boundary, &drop, |_| Vector::new(0.1, 0.0, -1.0), DropVelocity::Mass);
     let shape = Shape::spheroid(
         0.3e-3,
         0.5e-3,

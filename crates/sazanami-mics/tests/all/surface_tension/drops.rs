@@ -80,7 +80,7 @@ pub fn fill(
             share(centre, edges, steepest(centre), &inside)
         }
     });
-    flow.add_liquid(domain, boundary, &beta, Vector::ZERO, DropVelocity::Mass);
+    flow.add_liquid(domain, boundary, &beta, |_| Vector::ZERO, DropVelocity::Mass);
 }
 
 /// Direction of the largest component.

@@ -10,7 +10,7 @@ impl Region {
     /// Whether vertical lines through it are not reckoned.
     pub(super) fn has_level_alone(&self) -> bool {
         match self {
-            Self::Cylinder { .. } | Self::Wavy { .. } => true,
+            Self::Cylinder { .. } | Self::Wavy { .. } | Self::Sampled(_) => true,
             Self::Union(members) => members.iter().any(Self::has_level_alone),
             Self::Box { .. } | Self::Sphere { .. } | Self::Spheroid { .. } | Self::HalfSpace { .. } => false,
         }
@@ -36,6 +36,7 @@ impl Region {
                 let from = point - *crest;
                 (from[*up] + wave.amplitude - wave.at(from[*along])) / wave.steepness()
             }
+            Self::Sampled(liquid) => liquid.level(point),
             Self::Union(members) => members.iter().map(|m| m.level(point)).fold(Real::INFINITY, Real::min),
         }
     }
