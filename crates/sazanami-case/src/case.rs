@@ -482,7 +482,7 @@ impl Case {
 
     /// Radius of the smallest grain that a population may have; infinite without grains \[m].
     pub(crate) fn smallest_radius(&self) -> Real {
-        let of = |p: &Population| p.shape.size().map(|diameter| 0.5 * diameter * p.size.smallest());
+        let of = |p: &Population| p.shape.size().map(|diameter| 0.5 * diameter * p.sizes().smallest());
         self.grains.iter().filter_map(of).fold(Real::INFINITY, Real::min)
     }
 

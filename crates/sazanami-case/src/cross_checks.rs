@@ -196,7 +196,7 @@ fn check_feeds(case: &Case, cx: &mut Context<'_>) {
                 .label("its sides are elsewhere when they come")
                 .help("leave out `frame`, or put the grains in at the start");
         }
-        let extent = population.shape.extent().unwrap_or(0.0) * population.size.largest();
+        let extent = population.shape.extent().unwrap_or(0.0) * population.sizes().largest();
         let part = feed.upper - feed.lower;
         let [a, b] = [(direction + 1) % 3, (direction + 2) % 3];
         // With the way that they go across while they are carried in.
@@ -214,7 +214,7 @@ fn check_feeds(case: &Case, cx: &mut Context<'_>) {
                 .help("feed them through a larger part");
             continue;
         }
-        let volume = population.shape.volume().unwrap_or(0.0) * population.size.mean_cube();
+        let volume = population.shape.volume().unwrap_or(0.0) * population.sizes().mean_cube();
         let solid = feed.rate * volume / (part[a] * part[b] * feed.inward());
         if solid > DENSEST_FEED {
             let span = cx.places.near(&place("rate")).unwrap_or(0..0);

@@ -142,7 +142,7 @@ fn check_spheres(case: &Case, cx: &mut Context<'_>) {
                 .help("write `shape.sphere = { diameter = \"1 mm\" }`, or `solver = \"mics\"` for grains of any shape");
             continue;
         };
-        let largest = diameter * population.size.largest();
+        let largest = diameter * population.sizes().largest();
         if largest > LARGEST_GRAIN * smallest {
             cx.report
                 .error(span, format!("`{}` is too large for its tank", population.name))
@@ -199,7 +199,7 @@ fn check_turbulence(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
 /// Grains read several particles of water.
 fn check_reach(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
     let least = LEAST_REACH * particles.spacing;
-    if !case.grains.is_empty() && case.overlap.smoothing < least * (1.0 - 1e-9) {
+    if !case.grains.is_empty() && case.has_liquid() && case.overlap.smoothing < least * (1.0 - 1e-9) {
         let span = cx.places.near("overlap.smoothing");
         let most = 1e3 * case.overlap.smoothing / LEAST_REACH;
         let [_, most] = rounded_within(0.99 * most, most);
@@ -212,7 +212,7 @@ fn check_reach(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
 
 /// The void fraction is smoothed over several grains, and over no more than one image of each beyond a side.
 fn check_smoothing(case: &Case, cx: &mut Context<'_>) {
-    let largest = case.grains.iter().filter_map(|p| Some(p.shape.size()? * p.size.largest())).reduce(Real::max);
+    let largest = case.grains.iter().filter_map(|p| Some(p.shape.size()? * p.sizes().largest())).reduce(Real::max);
     let Some(largest) = largest else { return };
     let (smoothing, wide) = (case.overlap.smoothing, SMOOTHING[1] * largest);
     let span = cx.places.of("overlap.smoothing");
@@ -249,7 +249,7 @@ fn check_smoothing(case: &Case, cx: &mut Context<'_>) {
 fn warn_of_glued_beds(case: &Case, cx: &mut Context<'_>) {
     for (n, population) in case.grains.iter().enumerate() {
         let GrainPlacement::Packed(how) = &population.placement else { continue };
-        let radius = 0.5 * population.shape.size().unwrap_or(0.0) * population.size.smallest();
+        let radius = 0.5 * population.shape.size().unwrap_or(0.0) * population.sizes().smallest();
         let (Some(glued), Some(level)) = (how.glued, how.level) else { continue };
         if glued > level - radius {
             let span = cx.places.at(&format!("grains.{n}.placement"));

@@ -5,7 +5,7 @@ use sazanami_numerics::Real;
 use crate::case::Case;
 use crate::presets::Solver;
 use crate::read::Context;
-use crate::tables::{BoundarySide, FilmRoughness, Population, SIDE_NAMES};
+use crate::tables::{BoundarySide, FilmRoughness, Population, Rolling, SIDE_NAMES};
 use crate::units::rounded;
 
 /// Nothing is refused.
@@ -84,7 +84,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
             judge(&format!("grains.{n}.mass_override"), &DENSITY, density);
         }
     }
-    let largest = case.grains.iter().filter_map(|p| p.shape.extent()).fold(0.0, Real::max);
+    let largest = case.grains.iter().filter_map(|p| Some(p.shape.extent()? * p.sizes().largest())).fold(0.0, Real::max);
     for pair in &case.contacts {
         let key = format!("contact.{}/{}", pair.a, pair.b);
         let place = if case.contacts.len() == 1 { "contact".to_owned() } else { key };
@@ -176,6 +176,16 @@ fn check_idle(case: &Case, cx: &mut Context<'_>) {
         ("dem.bridges", bare, "there are no grains"),
         ("dem.substeps", bare, "there are no grains"),
         ("dem.rolling", bare, "there are no grains"),
+        (
+            "dem.rolling",
+            !bare && case.dem.rolling == Rolling::ConstantTorque && case.dem.rolling_friction == 0.0,
+            "`rolling_friction` is 0: give it a value above, or",
+        ),
+        (
+            "dem.rolling_friction",
+            !bare && case.dem.rolling == Rolling::None && case.dem.rolling_friction > 0.0,
+            "nothing resists rolling without `rolling = \"constant_torque\"`: write it beside, or",
+        ),
         ("coupling", bare, "there are no grains"),
         ("contact", bare, "there are no grains"),
         ("overlap", bare, "there are no grains"),

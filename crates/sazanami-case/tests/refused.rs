@@ -230,3 +230,11 @@ fn liquid_in_the_open_part_is_refused_beside_what_does_not_know_it() {
     // Controls: in whole cells, and with the other form.
     assert!(on_a_grid(&[form, "coupling.exchange=stress"]).is_empty() && on_a_grid(&[]).is_empty());
 }
+
+#[test]
+fn an_empty_list_of_grains_is_one_error() {
+    let text = BASE.replace("count = 10\n", "").replace("placement.packed = {}", "placement.list = []");
+    let text = text.replace("point = [\"5 mm\", \"5 mm\", \"5 mm\"]", "body = { index = 0 }");
+    let found = findings_of(&text, &[]);
+    assert!(found.len() == 1 && found[0].contains("the list of grains is empty"), "{found:#?}");
+}

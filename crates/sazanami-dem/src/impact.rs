@@ -2,7 +2,8 @@
 //!
 //! Two balls that meet are, seen from their middle, each a ball of half the mass at a wall; the impacts run there, with drift by
 //! half a sub-step, kick, drift by half a sub-step. The moment within a sub-step at which spheres meet is arbitrary:
-//! twelve are tried at each of five angles, and compared with impacts in 500 sub-steps. A sub-step is counted in
+//! twelve are tried at each of five angles, and compared with impacts in 500 sub-steps, more where the dashpot damps more than
+//! critically. A sub-step is counted in
 //! half periods `pi sqrt(m*/K)` of the stiffer spring, `m*` the effective mass at the contact point of a ball.
 
 use std::f64::consts::PI;
@@ -21,8 +22,10 @@ const ANGLES: [Real; 5] = [5.0, 20.0, 30.0, 40.0, 60.0];
 const MOMENTS: usize = 12;
 /// Overlap over the radius without damping: the lever of friction is shorter by it.
 const OVERLAP: Real = 1e-3;
-/// Sub-steps in a half period of the stiffer spring for what is taken as right.
+/// Sub-steps in a half period of the stiffer spring for what is taken as right, and what they take at most of the time in which a
+/// dashpot stops a ball.
 const FINE: Real = 500.0;
+const FINE_OF_DASHPOT: Real = 0.05;
 /// Half periods of the normal spring after which balls that still touch are taken to stick.
 const LONGEST: Real = 30.0;
 /// Most sub-steps of an impact, whatever the springs.
@@ -79,6 +82,8 @@ impl ImpactErrors {
 pub struct Impacts {
     laws: LawTable,
     ball: Ball,
+    /// Sub-step of what is taken as right over the half period of the stiffer spring.
+    fine: Real,
     /// Restitution and spin by angle ([`Impact::run`]).
     right: Vec<[Real; 2]>,
 }
@@ -110,15 +115,18 @@ impl Impacts {
         };
         let laws = LawTable::new(&Interactions::uniform(1, *law));
         let given = ANGLES.map(|angle| [angle, 0.5]);
-        let right = laws.run(Impact { ball, given: &given, substep: ball.half_periods[1] / FINE });
-        Self { laws, ball, right }
+        let [along, across] = law.damping(mass);
+        let stops = mass / along.max(ACROSS * across);
+        let substep = (ball.half_periods[1] / FINE).min(FINE_OF_DASHPOT * stops);
+        let right = laws.run(Impact { ball, given: &given, substep });
+        Self { laws, ball, fine: substep / ball.half_periods[1], right }
     }
 
     /// Errors with sub-steps of `factor` half periods of the stiffer spring; of those shorter than what is taken as right,
     /// the errors of the latter.
     #[must_use]
     pub fn errors(&self, factor: Real) -> ImpactErrors {
-        let factor = factor.max(FINE.recip());
+        let factor = factor.max(self.fine);
         let moments = |angle: Real| (0..MOMENTS).map(move |n| [angle, (n as Real + 0.5) / MOMENTS as Real]);
         let given: Vec<[Real; 2]> = ANGLES.iter().flat_map(|&angle| moments(angle)).collect();
         let found =

@@ -35,6 +35,7 @@ pub struct Plan {
     /// Runs at a time, where the plan says it.
     pub side_by_side: Option<usize>,
     pub(crate) source: Source,
+    warnings: Diagnostics,
     pub(crate) case_span: Range<usize>,
     pub(crate) fixed: Vec<(String, Range<usize>, Setting)>,
     pub(crate) keys: Vec<Key>,
@@ -70,7 +71,7 @@ impl Plan {
         let mut reader = Reader { text, report: Diagnostics::default() };
         let plan = reader.plan(path, &source);
         match plan {
-            Some(plan) if !reader.report.has_errors() => Ok(plan),
+            Some(plan) if !reader.report.has_errors() => Ok(Self { warnings: reader.report, ..plan }),
             _ => Err(Box::new(CaseError { source, diagnostics: reader.report })),
         }
     }
@@ -96,6 +97,12 @@ impl Plan {
             }
             _ => None,
         }
+    }
+
+    /// What is doubtful in it, and its text.
+    #[must_use]
+    pub fn warnings(&self) -> (&Diagnostics, &Source) {
+        (&self.warnings, &self.source)
     }
 
     /// Whether it is for a calibration.
@@ -173,5 +180,26 @@ mod tests {
             assert!(error.contains(expected), "{text}:\n{error}");
         }
         assert!(plan(&format!("{base}[keys]\n\"a\" = [1]\n")).is_ok());
+        let ends = plan(&format!("{base}[keys]\n\"a\" = {{ from = \"10 ms\", to = \"0.03 s\", count = 2 }}\n"));
+        assert_eq!(ends.unwrap_err().to_string().matches("error").count(), 1, "one fault, one error");
+    }
+
+    #[test]
+    fn a_value_that_stands_twice_is_warned_of() {
+        let warned = |values: &str| {
+            let read = plan(&format!("case = \"a.toml\"\n[keys]\n\"a\" = {values}\n")).unwrap();
+            let (warnings, source) = read.warnings();
+            warnings.records(source).into_iter().map(|record| record.message).collect::<Vec<_>>()
+        };
+        for values in
+            ["[0.5, 0.5, 1.0]", "[\"1 ms\", \"2 ms\", \"0.001 s\"]", "[{ b = 1 }, { b = 1 }]", "[1, 2, 1_0, 10]"]
+        {
+            let found = warned(values);
+            assert!(found.len() == 1 && found[0].contains("is there already"), "{values}: {found:?}");
+        }
+        // Negative control.
+        for values in ["[0.5, 1.0]", "[\"1 ms\", \"1 mm\"]", "[true, false]"] {
+            assert!(warned(values).is_empty(), "{values}");
+        }
     }
 }

@@ -34,7 +34,7 @@ pub use disk::warn_of_disk;
 pub(crate) use limits::{Cause, Pace, speeds, strongest_force};
 pub use memory::{check_memory, memory, warn_of_address_space};
 pub use model::CostModel;
-pub(crate) use overlapping::warn_of_overlap;
+pub(crate) use overlapping::{taken, warn_of_overlap};
 pub use particles::ParticlesReport;
 pub use pictures::PictureCost;
 pub use populations::ShapeFacts;
@@ -47,6 +47,7 @@ pub use substeps::SubstepCause;
 pub(crate) use substeps::{impact_errors, longest_substep, stiffest_contact, stiffness, substep_cause};
 pub(crate) use tank_warnings::warn_of_tank;
 pub use text::explain;
+pub(crate) use volumes::volume_within;
 pub use waves::TankReport;
 pub(crate) use waves::tank;
 

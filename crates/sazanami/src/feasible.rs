@@ -8,6 +8,7 @@ mod beds;
 mod overlaps;
 mod pace;
 mod placed;
+mod poured;
 mod within_box;
 
 use std::ops::Range;
@@ -270,6 +271,7 @@ impl Search<'_> {
         self.overlaps(&placed);
         self.beside_packed(&lying);
         self.liquids(&lying);
+        self.poured();
     }
 
     /// Place of a population in the file.
@@ -343,9 +345,9 @@ impl Search<'_> {
     fn periods(&mut self) {
         let extent = self.case.domain.extent();
         for (n, population) in self.case.grains.iter().enumerate() {
-            let needed = Engine::shortest_period(self.shapes[n].bounding_radius() * population.size.largest());
+            let needed = Engine::shortest_period(self.shapes[n].bounding_radius() * population.sizes().largest());
             let is_short = |&d: &usize| self.case.boundary[d][0] == BoundarySide::Periodic && extent[d] < needed;
-            let Some(d) = (0..2).find(is_short) else { continue };
+            let Some(d) = (0..3).find(is_short) else { continue };
             self.report
                 .error(self.span_of_shape(n), format!("`{}` is too long for the periodic box", population.name))
                 .label(format!("the box is {:.4} mm long along x{}", 1e3 * extent[d], d + 1))
@@ -390,7 +392,7 @@ impl Search<'_> {
         for (n, population) in self.case.grains.iter().enumerate() {
             let GrainPlacement::Packed(how) = &population.placement else { continue };
             let Some(body) = &facts[n].body else { continue };
-            let needed = how.spacing * 2.0 * body.bounding_radius * population.size.largest();
+            let needed = how.spacing * 2.0 * body.bounding_radius * population.sizes().largest();
             let Some(d) = (0..2).find(|&d| extent[d] < needed) else { continue };
             self.report
                 .error(self.span_of_shape(n), format!("`{}` is too large to be packed into this box", population.name))
@@ -445,7 +447,7 @@ impl Search<'_> {
         let mut longest: Real = 0.0;
         for (population, shape) in self.case.grains.iter().zip(self.shapes) {
             let (GrainPlacement::Packed(_), Some(count)) = (&population.placement, population.count) else { continue };
-            let factor = population.size.largest();
+            let factor = population.sizes().largest();
             solid += count as Real * shape.volume() * factor.powi(3);
             longest = longest.max(2.0 * shape.bounding_radius() * factor);
         }

@@ -1,12 +1,14 @@
 //! `[[grains]]`: populations of grains.
 
+use std::borrow::Cow;
+
 use sazanami_case_derive::Keys;
 use sazanami_dem::Motion;
 use sazanami_numerics::{Real, Vector};
 
 use super::contact_spheres::ContactSphereKeys;
-use super::{ContactSphereChoice, GrainPlacement, GrainShape, SizeDistribution, read_by};
-use crate::presets::Paper;
+use super::{ContactSphereChoice, GrainPlacement, GrainShape, Share, SizeDistribution, read_by};
+use crate::presets::{Paper, Solver};
 use crate::read::{Context, Table};
 use crate::suggest::nearest;
 use crate::units::rounded;
@@ -79,8 +81,8 @@ pub struct Population {
     pub material: String,
     /// Mass of a grain of size factor 1 \[kg] instead of density times volume.
     pub mass_override: Option<Real>,
-    /// Size factors.
-    pub size: SizeDistribution,
+    /// Size factors, of grains that are not listed: [`Self::sizes`].
+    pub(crate) size: SizeDistribution,
     /// Seed of its random numbers.
     pub seed: u64,
     /// Motion of its grains (listed grains say so themselves).
@@ -94,6 +96,24 @@ pub struct Population {
 read_by!(Population, PopulationKeys);
 
 impl Population {
+    /// Size factors of its grains: those of a list, else as they are drawn. A bed file has its own, within these.
+    #[must_use]
+    pub fn sizes(&self) -> Cow<'_, SizeDistribution> {
+        match &self.placement {
+            GrainPlacement::List(list) if !list.is_empty() => {
+                let share = |grain: &super::Grain| Share { factor: grain.factor, weight: 1.0 };
+                Cow::Owned(SizeDistribution::List(list.iter().map(share).collect()))
+            }
+            _ => Cow::Borrowed(&self.size),
+        }
+    }
+
+    /// Size factor of its usual grain: 1, the mean of a list.
+    #[must_use]
+    pub fn usual_factor(&self) -> Real {
+        if matches!(self.placement, GrainPlacement::List(_)) { self.sizes().mean() } else { 1.0 }
+    }
+
     /// Whether any of its grains moves by the forces on it.
     #[must_use]
     pub fn has_free_grains(&self) -> bool {
@@ -158,6 +178,17 @@ impl PopulationKeys {
         self.size.check(&table.get("size"), cx);
         self.check_material(table, cx);
         self.contact_spheres = std::mem::take(&mut self.spheres).meaning(&self.shape, table, cx);
+        let is_ball = matches!(self.shape, GrainShape::Sphere { .. });
+        if cx.known.solver == Solver::Mps && is_ball && self.contact_spheres != ContactSphereChoice::Single {
+            cx.report
+                .warning(
+                    Some(table.place("contact_spheres")),
+                    "`contact_spheres` has no effect on grains that water overlaps",
+                )
+                .label("with `solver = \"mps\"` a sphere touches others as one sphere")
+                .help("leave it out");
+            self.contact_spheres = ContactSphereChoice::Single;
+        }
         let is_paper_grain = matches!(&self.shape, GrainShape::Spheroid { diameter, length, .. }
             if [*diameter, *length] == PAPER_GRAIN);
         if !table.has("mass_override") && cx.follows(Paper::Yagyu) && !is_paper_grain {
@@ -178,6 +209,12 @@ impl PopulationKeys {
                 .help("use `motion = \"fixed\"` for a bed that stays");
         }
         self.check_release(table, cx);
+        if matches!(self.placement, GrainPlacement::List(_)) && table.has("size") {
+            cx.report
+                .warning(Some(table.place("size")), "`size` has no effect on grains of a list")
+                .label("each has its own `factor`, 1 if it says none")
+                .help("give the grains of `placement.list` their `factor`, or leave out `size`");
+        }
         if matches!(&self.placement, GrainPlacement::List(list) if list.is_empty()) {
             cx.report
                 .error(table.place("placement"), "the list of grains is empty")

@@ -166,7 +166,7 @@ impl Erosion {
 
 /// Grain size of the first population; says what is missing where there is none.
 pub(super) fn first_size(table: &Table<'_>, verb: &str, cx: &mut Context<'_>) -> Real {
-    if let Some(size) = cx.known.grains.first().and_then(|population| population.shape.size()) {
+    if let Some(size) = cx.known.grains.first().and_then(|first| Some(first.shape.size()? * first.usual_factor())) {
         return size;
     }
     if !cx.known.grains.is_empty() {
@@ -181,8 +181,8 @@ pub(super) fn first_size(table: &Table<'_>, verb: &str, cx: &mut Context<'_>) ->
 pub(crate) fn range_of_grain_size(cx: &Context<'_>) -> Range1 {
     let grains = &cx.known.grains;
     let sizes = |factor: fn(&Population) -> Real| grains.iter().filter_map(move |p| Some(p.shape.size()? * factor(p)));
-    let smallest = sizes(|p| p.size.smallest()).reduce(Real::min);
-    let largest = sizes(|p| p.size.largest()).reduce(Real::max);
+    let smallest = sizes(|p| p.sizes().smallest()).reduce(Real::min);
+    let largest = sizes(|p| p.sizes().largest()).reduce(Real::max);
     let edge = cx.known.domain.extent().min_element();
     // The size of a mesh is known with its file only.
     let known = grains.iter().all(|p| p.shape.size().is_some());

@@ -62,8 +62,8 @@ fn suited_smoothing(grains: &[Population]) -> Real {
     let sizes = |factor: fn(&Population) -> Real| {
         grains.iter().filter_map(move |p| p.shape.size().map(|d| d * factor(p))).collect::<Vec<Real>>()
     };
-    let means = sizes(|p| p.size.mean());
-    let largest = sizes(|p| p.size.largest()).into_iter().fold(0.0, Real::max);
+    let means = sizes(|p| p.sizes().mean());
+    let largest = sizes(|p| p.sizes().largest()).into_iter().fold(0.0, Real::max);
     let mean = if means.is_empty() { 0.0 } else { means.iter().sum::<Real>() / means.len() as Real };
     let smoothing = (SMOOTHING[0] * mean).max(SMOOTHING[1] * largest);
     if smoothing > 0.0 { smoothing } else { 1.0 }

@@ -8,7 +8,7 @@ use sazanami_numerics::Real;
 use crate::read::{Context, Table};
 
 /// Steps in which water over a bed comes to rest.
-const RELAX_STEPS: usize = 1000;
+pub const RELAX_STEPS: usize = 1000;
 /// Time for which the grains of a bed settle in water at rest \[s].
 const SETTLE: Real = 0.2;
 

@@ -259,7 +259,8 @@ impl BodyKeys {
                 .help(help);
             return None;
         };
-        if let Some(count) = found.grains().filter(|count| self.index >= *count) {
+        // That there are none is said with their list.
+        if let Some(count) = found.grains().filter(|count| *count > 0 && self.index >= *count) {
             cx.report
                 .error(place(&cx.places, "index"), format!("`{}` has no grain {}", found.name, self.index))
                 .label(format!("its grains are numbered from 0 to {}", count - 1))

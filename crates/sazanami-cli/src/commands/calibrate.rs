@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use sazanami::case::units::rounded;
 use sazanami::error::{CommandError, exit};
+use sazanami::progress::Progress as _;
 use sazanami_sweep::{Fit, Plan, calibrate};
 
 use crate::terminal::{self, Screen};
@@ -40,6 +41,8 @@ impl Calibrate {
         let asked = self.jobs.map(usize::from).or(plan.side_by_side);
         let stop = terminal::stop_on_signals()?;
         let mut screen = Screen::new();
+        let (warnings, source) = plan.warnings();
+        screen.warnings(warnings, source);
         let fit = calibrate(&plan, &out, &program, asked, &mut screen, &stop)?;
         drop(screen);
         Ok(exit_code(&fit))

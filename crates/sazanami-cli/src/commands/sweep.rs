@@ -56,6 +56,9 @@ pub struct Sweep {
 impl Sweep {
     pub fn execute(self) -> Result<u8, CommandError> {
         let plan = Plan::load(&self.plan)?;
+        let mut screen = Screen::new();
+        let (warnings, source) = plan.warnings();
+        screen.warnings(warnings, source);
         if plan.has_targets() {
             return Err(CommandError::input(
                 format!("`{}` has targets: it is the plan of a calibration", self.plan.display()),
@@ -79,7 +82,6 @@ impl Sweep {
             outln!("start it with `sbatch {}`", path.display());
             return Ok(exit::DONE);
         }
-        let mut screen = Screen::new();
         let outcome = if self.collect {
             sweep.collect()?
         } else {

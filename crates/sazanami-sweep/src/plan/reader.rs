@@ -90,6 +90,7 @@ impl Reader<'_> {
             path: path.to_owned(),
             side_by_side,
             source: source.clone(),
+            warnings: Diagnostics::default(),
             case_span,
             fixed,
             keys,
@@ -236,7 +237,16 @@ impl Reader<'_> {
             self.report.error(value.span(), "the list of values is empty").label("expected one value at least");
             return None;
         }
-        Some(Choices::Values(list.iter().map(|value| self.verbatim(value.span())).collect()))
+        let found: Vec<Setting> = list.iter().map(|value| self.verbatim(value.span())).collect();
+        for (n, value) in found.iter().enumerate() {
+            if let Some(first) = found[..n].iter().position(|other| same(&other.value, &value.value)) {
+                self.report
+                    .warning(Some(value.span.clone()), format!("this value is there already, as value {}", first + 1))
+                    .label("the same runs are made once more")
+                    .help("name each value once");
+            }
+        }
+        Some(Choices::Values(found))
     }
 
     fn between(&mut self, table: &DeTable, from: Entry, to: Entry, span: Range<usize>) -> Option<Between> {
@@ -247,7 +257,7 @@ impl Reader<'_> {
                 .error(to.span(), "both ends of a range have the same unit")
                 .label(format!("`{other}`, and `from` has `{unit}`"));
         }
-        if a >= b {
+        if unit == other && a >= b {
             self.report.error(to.span(), "the range is empty").label(format!("`to` lies above `from`, {a} {unit}"));
         }
         let mut is_logarithmic = false;
@@ -455,6 +465,15 @@ impl Reader<'_> {
         }
         list.iter().map(|value| self.verbatim(value.span())).collect()
     }
+}
+
+/// Whether two values as they are written mean the same.
+fn same(a: &str, b: &str) -> bool {
+    let quantity = |text: &str| match text.strip_prefix(['"', '\'']).and_then(|text| text.strip_suffix(['"', '\''])) {
+        Some(inner) => parse_quantity(inner).ok(),
+        None => parse_quantity(&text.replace('_', "")).ok(),
+    };
+    a == b || quantity(a).zip(quantity(b)).is_some_and(|(a, b)| a == b)
 }
 
 /// Entries of a table in the order of the file.

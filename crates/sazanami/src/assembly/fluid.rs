@@ -88,7 +88,7 @@ pub(crate) fn surface_tension(case: &Case, domain: &Domain, boundary: &Boundary)
     let narrow = (1.0 - 1e-9) * WIDE * domain.grid().spacing.max_element();
     // The size of a shape from a file is not known yet.
     let may_be_wide =
-        |grains: &Population| grains.shape.size().is_none_or(|size| size * grains.size.largest() > narrow);
+        |grains: &Population| grains.shape.size().is_none_or(|size| size * grains.sizes().largest() > narrow);
     let have_angle = case.coupling.exchange == Exchange::Surface && case.grains.iter().any(may_be_wide);
     let angle = case.fluid.contact_angle.and_then(|angles| angles.grains).unwrap_or(FRAC_PI_2);
     Some(if have_angle { tension.with_angle_on_grains(domain, boundary, angle) } else { tension })

@@ -88,7 +88,7 @@ fn walls(case: &Case) -> Vec<Wall> {
 
 /// Bodies, contact laws and walls of the engine.
 pub fn setup(case: &Case, shapes: &[Shape]) -> Setup {
-    let largest = case.grains.iter().zip(shapes).map(|(p, s)| s.bounding_radius() * p.size.largest());
+    let largest = case.grains.iter().zip(shapes).map(|(p, s)| s.bounding_radius() * p.sizes().largest());
     let reach = largest.fold(0.0, Real::max);
     // Where no wall holds them, grains may leave the box by their size before they are said to have escaped.
     let room = |d: usize, side: usize| if case.dem.grain_walls[d][side] { 0.0 } else { reach };
@@ -137,7 +137,8 @@ fn motion(case: &Case, population: &Population, motion: Motion) -> Motion {
 /// Draws the size factors of a population.
 pub(crate) fn factors(population: &Population, count: usize) -> Vec<Real> {
     let mut random = Random::new(population.seed ^ 0x5eed_0f51_2e50_0000);
-    let mut draw = || match &population.size {
+    let sizes = population.sizes();
+    let mut draw = || match &*sizes {
         SizeDistribution::Equal => 1.0,
         SizeDistribution::List(list) => {
             let total: Real = list.iter().map(|share| share.weight).sum();

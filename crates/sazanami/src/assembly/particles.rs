@@ -26,6 +26,8 @@ const GRAIN_WAY: Real = 0.6;
 /// Distance of the void fraction of a place from the mean of its height from which on water is poured place by place. A
 /// level bed of grains in disorder keeps within 0.2, a heap or column goes beyond 0.4.
 const UNEVEN: Real = 0.3;
+/// Part by which the water that is poured may miss what is asked for, before it is poured place by place or warned of.
+pub(crate) const OFF: Real = 0.1;
 /// Cells that a thread takes at a time.
 const ROWS: usize = 1024;
 /// Places in each direction at which the void fraction of a height is taken, over the smoothing radius.
@@ -93,7 +95,7 @@ pub(crate) fn bodies(case: &Case) -> Vec<Body> {
 /// Setup of the engine of the grains, with its ghost margin \[m] and moving walls.
 pub(crate) fn setup(case: &Case, shapes: &[Shape]) -> Setup {
     let particles = case.moving_particles();
-    let largest = case.grains.iter().filter_map(|p| Some(p.shape.size()? * p.size.largest())).fold(0.0, Real::max);
+    let largest = case.grains.iter().filter_map(|p| Some(p.shape.size()? * p.sizes().largest())).fold(0.0, Real::max);
     let cutoff = case.overlap.smoothing.max(particles.radius * particles.spacing);
     let mut setup = Setup {
         bodies: bodies(case),
@@ -117,9 +119,16 @@ pub(crate) fn level(case: &Case, bed_height: Real) -> Real {
     tops.fold(case.domain.lower.z, Real::max)
 }
 
+/// Fluid particles of the liquid at the start, and how many its volume is.
+pub(crate) struct Poured {
+    pub particles: Vec<FluidParticle>,
+    pub asked: Real,
+}
+
 /// Fluid particles of the liquid at the start, between grains as many as their voids hold: in horizontal layers where grains
-/// lie level, else by the void fraction of every place. All ranks take part and have the same particles.
-pub(crate) fn fill(case: &Case, domain: &Domain, grains: &GrainPhase, bed_height: Real) -> Vec<FluidParticle> {
+/// lie level and layers hold each liquid to a tenth, else by the void fraction of every place. All ranks take part and have the same
+/// particles.
+pub(crate) fn fill(case: &Case, domain: &Domain, grains: &GrainPhase, bed_height: Real) -> Poured {
     let (lower, upper) = (case.domain.lower, case.domain.upper);
     let spacing = case.moving_particles().spacing;
     let extent = upper - lower;
@@ -150,17 +159,36 @@ pub(crate) fn fill(case: &Case, domain: &Domain, grains: &GrainPhase, bed_height
     let heights = (top - lower.z) / spacing;
     let uneven = !grains.is_empty()
         && (0..heights.max(0.0).ceil() as usize).any(|n| at_height(lower.z + (n as Real + 0.5) * spacing)[1] > UNEVEN);
+    let (first, last) = liquids.bounds();
+    let [low, high] = [lower.max(first), upper.min(last)];
+    if low.cmpge(high).any() {
+        return Poured { particles: Vec::new(), asked: 0.0 };
+    }
+    let cells = pouring::cells(low, high, spacing);
+    let fractions = liquids.fractions(&cells);
     if !uneven {
         let places = filling::layers(lower, upper, top, spacing, |z| at_height(z)[0]);
-        return places.into_iter().filter_map(|place| liquids.particle_at(place)).collect();
+        let mut last = [Real::NAN, 1.0];
+        let mut void_at = |z: Real| {
+            if !grains.is_empty() && last[0] != z {
+                last = [z, at_height(z)[0]];
+            }
+            last[1]
+        };
+        let wanted = wanted(&cells, &fractions, spacing);
+        let mut held = vec![0.0; wanted.len()];
+        let mut particles = Vec::new();
+        for place in places {
+            let Some((number, particle)) = liquids.particle_at(place) else { continue };
+            held[number] += 1.0 / void_at(place.z);
+            particles.push(particle);
+        }
+        if wanted.iter().zip(&held).all(|(wanted, held)| (held - wanted).abs() <= OFF * wanted) {
+            let [wanted, held]: [Real; 2] = [wanted.iter().sum(), held.iter().sum()];
+            let asked = if held > 0.0 { particles.len() as Real * wanted / held } else { wanted };
+            return Poured { particles, asked };
+        }
     }
-    let (first, last) = liquids.bounds();
-    let [lower, upper] = [lower.max(first), upper.min(last)];
-    if lower.cmpge(upper).any() {
-        return Vec::new();
-    }
-    let cells = pouring::cells(lower, upper, spacing);
-    let fractions = liquids.fractions(&cells);
     let shares = shares(domain, grains, &cells, |[i, j, k]| {
         let covered = |share, (fraction, liquid): &(RegionFractions<'_>, &Liquid)| {
             let part = fraction.fraction(i, j, k);
@@ -175,9 +203,29 @@ pub(crate) fn fill(case: &Case, domain: &Domain, grains: &GrainPhase, bed_height
             liquid.fluid == FluidName::Liquid && fraction.fraction(i, j, k) > 0.0
         };
         let near = || fractions.iter().rev().find(is_here).map(|(_, liquid)| liquids.particle(liquid, position));
-        liquids.particle_at(position).or_else(near)
+        liquids.particle_at(position).map(|(_, particle)| particle).or_else(near)
     };
-    pouring::pour(&cells, &shares, spacing).into_iter().filter_map(particle).collect()
+    let particles = pouring::pour(&cells, &shares, spacing).into_iter().filter_map(particle).collect();
+    Poured { particles, asked: shares.iter().sum::<Real>() * cells.cell_volume() / spacing.powi(3) }
+}
+
+/// Volume of each liquid, without what later ones take of it, in particles; of gas none.
+fn wanted(cells: &Grid, fractions: &[(RegionFractions<'_>, &Liquid)], spacing: Real) -> Vec<Real> {
+    let [nx, ny, nz] = cells.cells.map(|count| count as isize);
+    let kinds = fractions.len();
+    let mut of_layers = vec![0.0; kinds * nz as usize];
+    for_each_chunk(&mut of_layers[..], kinds, |k, held| {
+        for (i, j) in (0..ny).flat_map(|j| (0..nx).map(move |i| (i, j))) {
+            let mut left = 1.0;
+            for (held, (fraction, liquid)) in held.iter_mut().zip(fractions).rev() {
+                let part = left * fraction.fraction(i, j, k as isize);
+                left -= part;
+                *held += if liquid.fluid == FluidName::Liquid { part } else { 0.0 };
+            }
+        }
+    });
+    let particles = cells.cell_volume() / spacing.powi(3);
+    (0..kinds).map(|n| particles * of_layers.iter().skip(n).step_by(kinds).sum::<Real>()).collect()
 }
 
 /// A liquid or bubble of the case where it lies at the start.
@@ -211,10 +259,11 @@ impl Liquids {
         FluidParticle { position, velocity: liquid.velocity + liquid.region.velocity(position) + own }
     }
 
-    /// The particle of a place, if there is liquid.
-    fn particle_at(&self, position: Vector) -> Option<FluidParticle> {
-        let found = self.placed.iter().rev().find(|liquid| liquid.region.contains(position))?;
-        (found.fluid == FluidName::Liquid).then(|| self.particle(found, position))
+    /// The particle of a place with the number of its liquid, if there is liquid.
+    fn particle_at(&self, position: Vector) -> Option<(usize, FluidParticle)> {
+        let number = self.placed.iter().rposition(|liquid| liquid.region.contains(position))?;
+        let found = &self.placed[number];
+        (found.fluid == FluidName::Liquid).then(|| (number, self.particle(found, position)))
     }
 
     /// Smallest box around all liquids, with infinite sides where they have no end \[m].
@@ -325,7 +374,7 @@ mod tests {
         let engine = sazanami_dem::Engine::new(&domain, setup(&case, &shapes), &grains::placed(&case, &[None]));
         let mut phase = GrainPhase::new(&domain, engine.expect("sound grains"), coupling(&case));
         phase.place(&domain, &case.tank());
-        let fluid = fill(&case, &domain, &phase, 0.0);
+        let fluid = fill(&case, &domain, &phase, 0.0).particles;
         (case, phase, fluid)
     }
 

@@ -58,7 +58,7 @@ pub(crate) fn bed_flow(case: &Case) -> Option<BedReport> {
     let amplitude = amplitude.x.abs();
     let population = case.grains.first()?;
     let observed = case.ripples.as_ref().map(|ripples| ripples.grain_size);
-    let grain_size = observed.or(Some(population.shape.size()? * population.size.mean()))?;
+    let grain_size = observed.or(Some(population.shape.size()? * population.sizes().mean()))?;
     let specific = case.material(&population.material)?.density / case.fluid.liquid.density;
     let submerged = (specific - 1.0) * case.gravity.length();
     if amplitude == 0.0 || submerged <= 0.0 || grain_size <= 0.0 {

@@ -365,7 +365,7 @@ fn of_grid(
 fn of_particles(case: &Case, how: &Particles, speeds: [Vector; 2]) -> (Vec<LimitReport>, Option<&'static str>) {
     let (spacing, courant) = (how.spacing, how.courant);
     let [flow, grains] = speeds.map(Vector::length);
-    let sizes = case.grains.iter().filter_map(|p| Some(p.shape.size()? * p.size.smallest()));
+    let sizes = case.grains.iter().filter_map(|p| Some(p.shape.size()? * p.sizes().smallest()));
     let smallest = sizes.fold(Real::INFINITY, Real::min);
     let viscosity = case.fluid.liquid.viscosity / case.fluid.liquid.density;
     let speed = |of: Real| format!("at {} m/s, expected", super::number(of, 3));
@@ -407,7 +407,7 @@ fn of_particles(case: &Case, how: &Particles, speeds: [Vector; 2]) -> (Vec<Limit
 fn drag_rate(case: &Case) -> Option<Real> {
     let coupling = particles::coupling(case);
     let rate = |population: &Population| {
-        let d = population.shape.size()? * population.size.smallest();
+        let d = population.shape.size()? * population.sizes().smallest();
         let mass = case.material(&population.material)?.density * volume(d);
         let solid = solid_fraction(&population.placement, d, coupling.smoothing);
         let eps = (1.0 - solid).max(coupling.least_void);

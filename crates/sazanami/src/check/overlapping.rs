@@ -15,7 +15,7 @@ use crate::case::{Diagnostics, LoadedCase};
 const PLACES: usize = 48;
 
 /// Part of the volume of each liquid that later liquids and bubbles take; those above the bed where a bed of its grains reaches, about.
-pub(super) fn taken(case: &Case) -> Vec<Real> {
+pub(crate) fn taken(case: &Case) -> Vec<Real> {
     let area = case.domain.extent().x * case.domain.extent().y;
     let bed = case.domain.lower.z + solid(case) / (PACKED_SPHERES * area);
     let regions: Vec<_> = regions(case, bed).into_iter().map(|(region, _)| (region, false)).collect();

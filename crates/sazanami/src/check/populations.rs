@@ -6,7 +6,7 @@ use sazanami_numerics::Real;
 use super::substeps::moves;
 use super::{BumpReport, PopulationReport, volumes};
 use crate::assembly::shapes::shape_of;
-use crate::case::meaning::{Case, ContactSphereChoice, Exchange, Population, Solver};
+use crate::case::meaning::{Case, ContactSphereChoice, Exchange, GrainPlacement, Population, Solver};
 
 /// Facts about the shape of a population, once it is built.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -40,7 +40,7 @@ pub(crate) fn exchange_of(case: &Case, shapes: &[ShapeFacts]) -> Option<(Exchang
     }
     let width = |(n, population): (usize, &Population)| {
         let own = shapes.get(n).and_then(|facts| facts.size).or(population.shape.size());
-        own.map_or(Real::INFINITY, |width| width * population.size.smallest())
+        own.map_or(Real::INFINITY, |width| width * population.sizes().smallest())
     };
     let narrowest = case.grains.iter().enumerate().map(width).fold(Real::INFINITY, Real::min);
     let cells = narrowest / case.domain.spacing().max_element();
@@ -48,7 +48,7 @@ pub(crate) fn exchange_of(case: &Case, shapes: &[ShapeFacts]) -> Option<(Exchang
 }
 
 fn population_report(case: &Case, population: &Population, facts: &ShapeFacts) -> PopulationReport {
-    let size = population.shape.size().or(facts.size).map(|size| size * population.size.smallest());
+    let size = population.shape.size().or(facts.size).map(|size| size * population.sizes().smallest());
     let body = facts.body.clone().or_else(|| shape_of(population).ok().map(|shape| Body::from(&shape)));
     PopulationReport {
         name: population.name.clone(),
@@ -68,7 +68,7 @@ fn population_report(case: &Case, population: &Population, facts: &ShapeFacts) -
 pub(super) fn bump_reports(case: &Case, populations: &[PopulationReport]) -> Vec<BumpReport> {
     let flat = |n: usize| {
         let body = populations[n].body.as_ref().filter(|body| body.face().is_flat())?;
-        Some(body.flat_face(case.grains[n].size.largest()))
+        Some(body.flat_face(case.grains[n].sizes().largest()))
     };
     let meet = |&(a, b): &(usize, usize)| {
         let free = [a, b].iter().any(|&n| moves(&case.grains[n]));
@@ -93,8 +93,11 @@ pub(super) fn spheres_of(population: &Population) -> Option<usize> {
     }
 }
 
-/// Mass of a grain of size factor 1 \[kg]; the volume of its mesh is used if it is known.
+/// Mass of a grain of size factor 1, the mean of a list \[kg]; the volume of its mesh is used if it is known.
 fn mass_of(case: &Case, population: &Population, mesh_volume: Option<Real>) -> Option<Real> {
     let density = case.material(&population.material)?.density;
-    population.mass_override.or_else(|| Some(density * mesh_volume.or_else(|| population.shape.volume())?))
+    let mass =
+        population.mass_override.or_else(|| Some(density * mesh_volume.or_else(|| population.shape.volume())?))?;
+    let listed = matches!(population.placement, GrainPlacement::List(_));
+    Some(if listed { mass * population.sizes().mean_cube() } else { mass })
 }

@@ -37,7 +37,7 @@ fn terminal_speed(case: &Case, population: &Population, gravity: Real, lowest: R
     let level =
         liquids.map(|liquid| top(&liquid.placement, liquid.region.heights()[1])).fold(Real::NEG_INFINITY, Real::max);
     let fluid = if level >= lowest { case.fluid.liquid } else { case.fluid.gas };
-    let size = population.shape.size()? * population.size.largest();
+    let size = population.shape.size()? * population.sizes().largest();
     let density = match population.mass_override {
         Some(mass) => mass / population.shape.volume()?,
         None => case.material(&population.material)?.density,

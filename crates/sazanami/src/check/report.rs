@@ -38,7 +38,7 @@ pub struct PopulationReport {
     pub size_m: Option<Real>,
     /// Cells on the grain size, for the largest edge of a cell.
     pub cells_per_grain: Option<Real>,
-    /// Mass of a grain of size factor 1 \[kg].
+    /// Mass of a grain of size factor 1, the mean of a list \[kg].
     pub mass_kg: Option<Real>,
     /// Facts about its shape, in words.
     pub shape: Vec<String>,

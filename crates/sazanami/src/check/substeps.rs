@@ -18,7 +18,8 @@ fn contacts_of<'c>(case: &'c Case, population: &Population) -> impl Iterator<Ite
 
 /// The larger stiffness of a contact, at most that between the largest grains [N/m].
 pub(crate) fn stiffness(case: &Case, pair: &PairContact) -> Real {
-    let radius = |population: &Population| 0.5 * population.shape.extent().unwrap_or(0.0) * population.size.largest();
+    let radius =
+        |population: &Population| 0.5 * population.shape.extent().unwrap_or(0.0) * population.sizes().largest();
     let radius = case.grains.iter().map(radius).fold(0.0, Real::max);
     let [normal, tangential] = pair.law.stiffness(radius);
     normal.max(tangential)
@@ -67,7 +68,7 @@ fn masses<'i>(
         let Some(body) = report.body.as_ref().filter(|_| moves(population)) else { continue };
         let density = case.material(&population.material)?.density;
         let mass = population.mass_override.unwrap_or(density * body.volume);
-        for factor in [population.size.smallest(), population.size.largest()] {
+        for factor in [population.sizes().smallest(), population.sizes().largest()] {
             masses.add(body, factor, mass * factor.powi(3), grains::material_number(case, &population.material));
         }
     }
@@ -141,12 +142,12 @@ mod tests {
         let mut setup = grains::setup(case, &shapes);
         // A box with room for all of them, side by side.
         let widest = shapes.iter().map(sazanami_numerics::geometry::Shape::bounding_radius).fold(0.0, Real::max)
-            * case.grains.iter().map(|p| p.size.largest()).fold(0.0, Real::max);
+            * case.grains.iter().map(|p| p.sizes().largest()).fold(0.0, Real::max);
         let room = 4.0 * widest * (2 * shapes.len()) as Real;
         (setup.walls, setup.region) = (Vec::new(), [Vector::ZERO, Vector::splat(room)]);
         let mut all = Vec::new();
         for (n, population) in case.grains.iter().enumerate() {
-            for factor in [population.size.smallest(), population.size.largest()] {
+            for factor in [population.sizes().smallest(), population.sizes().largest()] {
                 let at = 4.0 * widest * (all.len() as Real + 0.5);
                 let grain = grains::member(case, n, all.len(), factor);
                 let motion = if moves(population) { sazanami_dem::Motion::Free } else { grain.motion };

@@ -11,7 +11,7 @@ use crate::case::meaning::{Case, GrainPlacement, LiquidRegion, Placement, Popula
 const CELLS: usize = 24;
 
 /// Volume of a liquid within the box [m^3]; `None` where it has no formula and only the bed will tell its place.
-pub(super) fn volume_within(case: &Case, liquid: &LiquidRegion) -> Option<Real> {
+pub(crate) fn volume_within(case: &Case, liquid: &LiquidRegion) -> Option<Real> {
     let Placement::Absolute(position) = liquid.placement else { return liquid.region.volume() };
     let (lower, upper) = (case.domain.lower, case.domain.upper);
     let between = |low: Vector, high: Vector| (high.min(upper) - low.max(lower)).max(Vector::ZERO).element_product();
@@ -37,7 +37,7 @@ pub(super) fn volume_within(case: &Case, liquid: &LiquidRegion) -> Option<Real> 
 pub(super) fn solid(case: &Case) -> Real {
     let of_population = |population: &Population| {
         let count = levelled(case, population).or(population.count).unwrap_or_default();
-        count as Real * population.shape.volume().unwrap_or_default() * population.size.mean_cube()
+        count as Real * population.shape.volume().unwrap_or_default() * population.sizes().mean_cube()
     };
     case.grains.iter().map(of_population).sum()
 }
@@ -45,8 +45,8 @@ pub(super) fn solid(case: &Case) -> Real {
 /// Grains of a population that stay when its bed is levelled, about: those whose tops lie below the level.
 pub(crate) fn levelled(case: &Case, population: &Population) -> Option<usize> {
     let GrainPlacement::Packed(how) = &population.placement else { return None };
-    let size = population.shape.size()? * population.size.mean();
-    let volume = population.shape.volume()? * population.size.mean_cube();
+    let size = population.shape.size()? * population.sizes().mean();
+    let volume = population.shape.volume()? * population.sizes().mean_cube();
     let extent = case.domain.extent();
     let solid = PACKED_SPHERES * extent.x * extent.y * (how.level? - size).max(0.0);
     Some(((solid / volume).round() as usize).min(population.count.unwrap_or(usize::MAX)))

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use sazanami_dem::impact::ImpactErrors;
+use sazanami_dem::stability::USUAL_ERROR;
 use sazanami_mics::stability::Limit;
 use sazanami_numerics::Real;
 
@@ -25,6 +27,9 @@ const MOST_SUBSTEPS: Real = 1e12;
 /// Passes of the fluid in a fixed step from which on it is said to be long.
 const MANY_PASSES: usize = 10;
 
+/// Mean error of impacts from which on sub-steps are said to be long: twice the usual one.
+const COARSE_IMPACTS: Real = 2.0 * USUAL_ERROR;
+
 /// Whether a value is larger than allowed, or no number for the size of what it comes from.
 fn exceeds(value: Real, most: Real) -> bool {
     value.is_nan() || value > most
@@ -43,6 +48,7 @@ impl Search<'_> {
         self.accuracy(&populations);
         self.crushing(&populations);
         let pace = Pace::reached(case, &populations, tank.as_ref());
+        self.substeps(&populations, &pace);
         if !case.run.packing_only {
             self.fixed_step(&pace);
             self.follows_oscillation(&pace);
@@ -126,6 +132,46 @@ impl Search<'_> {
                     number(errors.spin.mean, 6)
                 ))
                 .help(help);
+        }
+    }
+
+    /// Warns of sub-steps that are longer than the contacts bear, and of contacts that no usual sub-step resolves.
+    fn substeps(&mut self, populations: &[PopulationReport], pace: &Pace) {
+        let case = self.case;
+        let interactions = grains::interactions(case);
+        let Some(longest) = longest_substep(case, populations, &interactions) else { return };
+        let of = |errors: ImpactErrors| {
+            let [restitution, spin] = [errors.restitution, errors.spin].map(|error| number(error.mean, 3));
+            format!("off by {restitution} in restitution and {spin} in spin over the tangential speed")
+        };
+        match case.dem.substeps {
+            Substeps::Fixed(count) => {
+                let substep = pace.dt / count as Real;
+                let errors = impact_errors(case, populations, &interactions, substep).unwrap_or_default();
+                let needed = (pace.dt / longest.shortest()).ceil();
+                if !(needed > count as Real && errors.mean() > COARSE_IMPACTS) {
+                    return;
+                }
+                self.report
+                    .warning(
+                        self.loaded.places.near("dem.substeps"),
+                        "the contact sub-steps are too long for the contacts",
+                    )
+                    .label(format!("{count} in a step of {} s: impacts are {}", rounded(pace.dt), of(errors)))
+                    .help(format!("write `substeps = \"auto\"`, which takes {}", number(needed, 0)));
+            }
+            Substeps::Auto if !longest.accurate && case.dem.allowed_error.is_none() => {
+                let errors = impact_errors(case, populations, &interactions, longest.contact).unwrap_or_default();
+                if errors.mean() <= COARSE_IMPACTS {
+                    return;
+                }
+                let span = stiffest_contact(case).and_then(|pair| self.span_of_contact(pair));
+                self.report
+                    .warning(span, "a dashpot damps the lightest grains too much for sub-steps of the usual length")
+                    .label(format!("with {} s impacts are {}", rounded(longest.contact), of(errors)))
+                    .help("write `restitution = 0.5`, which suits grains of any mass, or ask for an error: `dem.allowed_error = 0.025`");
+            }
+            Substeps::Auto => {}
         }
     }
 

@@ -61,7 +61,7 @@ impl Search<'_> {
             lying.iter().filter(|grain| lattice(grain.population).is_none()).copied().collect();
         for (n, population) in self.case.grains.iter().enumerate() {
             let Some(lattice) = lattice(n) else { continue };
-            placed.extend(lattice_places(n, lattice, population.size.largest(), self.shapes[n].bounding_radius()));
+            placed.extend(lattice_places(n, lattice, population.sizes().largest(), self.shapes[n].bounding_radius()));
         }
         placed
     }

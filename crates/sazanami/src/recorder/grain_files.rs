@@ -39,6 +39,19 @@ struct Record {
     time_since_contact: Real,
 }
 
+/// Where a place is in a tank that is displaced by `shift` \[m]: within it along its periodic directions, whose sides stay behind.
+pub(crate) fn in_tank(domain: &Domain, mut place: Vector, shift: Vector) -> Vector {
+    if shift == Vector::ZERO {
+        return place;
+    }
+    place -= shift;
+    let (lower, extent) = (domain.grid().lower, domain.grid().extent());
+    for d in (0..3).filter(|&d| domain.periodic()[d]) {
+        place[d] -= ((place[d] - lower[d]) / extent[d]).floor() * extent[d];
+    }
+    place
+}
+
 /// An array that only one of the solvers has, with its values in the order of identifiers.
 pub(crate) type OwnArray<'a> = (GrainArray, DataArray<'a>);
 
@@ -48,9 +61,9 @@ pub(crate) struct GrainStates {
 }
 
 impl GrainStates {
-    /// Gathers the grains. Collective. `drift` is the displacement \[m] and the velocity [m/s] of the frame that is written
-    /// against that of the engine.
-    pub fn gather(domain: &Domain, engine: &Engine, [shift, drift]: [Vector; 2]) -> Self {
+    /// Gathers the grains. Collective. `shift` and `drift` are the displacement \[m] and the velocity [m/s] of the frame that is written
+    /// against that of the engine, `tank` is the displacement of the tank in the latter \[m].
+    pub fn gather(domain: &Domain, engine: &Engine, tank: Vector, [shift, drift]: [Vector; 2]) -> Self {
         let grains = engine.grains();
         let record = |i: usize| {
             let volume = engine.bodies()[grains.shape[i] as usize].volume * grains.scale[i].powi(3);
@@ -62,7 +75,7 @@ impl GrainStates {
                 diameter: (6.0 / std::f64::consts::PI * volume).cbrt(),
                 scale: grains.scale[i],
                 mass: grains.mass[i],
-                position: (grains.position[i] - shift).to_array(),
+                position: (in_tank(domain, grains.position[i], tank) - (shift - tank)).to_array(),
                 orientation: grains.orientation[i].to_array(),
                 velocity: (grains.velocity[i] - drift).to_array(),
                 angular_velocity: grains.angular_velocity(i).to_array(),

@@ -350,7 +350,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
         }
         if grains {
             let frame = self.observer.written_frame(self.job, clock);
-            let states = GrainStates::gather(water.domain(), water.engine(), frame);
+            let states = GrainStates::gather(water.domain(), water.engine(), self.observer.tank_place(clock), frame);
             if let Some(files) = &mut self.files {
                 let own = self.observer.grain_arrays();
                 outcome = outcome.and_then(|()| files.grains(self.job, clock, &states, &own));
@@ -374,7 +374,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
         let Some(showing) = &self.job.options.showing else { return };
         let of_water = self.observer.water_state(self.job, clock, water);
         let frame = self.observer.written_frame(self.job, clock);
-        let states = GrainStates::gather(water.domain(), water.engine(), frame);
+        let states = GrainStates::gather(water.domain(), water.engine(), self.observer.tank_place(clock), frame);
         if self.files.is_none() {
             return;
         }

@@ -122,6 +122,11 @@ pub(crate) trait Observer: Sized + 'static {
     /// Writes the fluid for ParaView.
     fn fields(&self, to: Output, water: &mut Self::Water) -> Result<(), RecordError>;
 
+    /// Displacement of the tank in the frame of the engine \[m].
+    fn tank_place(&self, _clock: &Clock) -> Vector {
+        Vector::ZERO
+    }
+
     /// Displacement \[m] and velocity [m/s] of the frame that grains are written in, against that of the engine.
     fn written_frame(&self, job: &Job, clock: &Clock) -> [Vector; 2] {
         job.case.to_written_frame(clock.time()).map(|tank| Vector::ZERO - tank)

@@ -12,7 +12,7 @@ use sazanami_numerics::{Real, Vector};
 use super::{signals, start};
 use crate::assembly::grains::after_packing;
 use crate::assembly::particles;
-use crate::case::meaning::{Case, Preparation};
+use crate::case::meaning::{Case, Preparation, RELAX_STEPS};
 use crate::clock::END;
 use crate::job::{Job, RankError, StateError};
 use crate::progress::StepLine;
@@ -154,13 +154,23 @@ fn poured(
     let tank = case.tank();
     let mut grains = GrainPhase::new(&domain, engine, particles::coupling(case));
     grains.place(&domain, &tank);
-    let fluid = particles::fill(case, &domain, &grains, bed_height);
-    recorder.say(&format!("poured {} particles of water", fluid.len()));
-    if !case.grains.is_empty() && case.preparation.relax_steps == 0 {
-        recorder.say(
-            "the water starts as it was poured between the grains: with `preparation.relax_steps = 500` it comes to rest \
-             first, the grains held",
-        );
+    let particles::Poured { particles: fluid, asked } = particles::fill(case, &domain, &grains, bed_height);
+    if case.has_liquid() {
+        recorder.say(&format!("poured {} particles of water", fluid.len()));
+    }
+    let off = fluid.len() as Real - asked;
+    if off.abs() > particles::OFF * asked {
+        recorder.say(&format!(
+            "warning: {:.1} particles of water were asked for: the volume poured is {:.0} % off; finer particles come nearer",
+            asked,
+            1e2 * off.abs() / asked
+        ));
+    }
+    if !fluid.is_empty() && !case.grains.is_empty() && case.preparation.relax_steps == 0 {
+        recorder.say(&format!(
+            "the water starts as it was poured between the grains: with `preparation.relax_steps = {RELAX_STEPS}` it comes to \
+             rest first, the grains held"
+        ));
     }
     let settings = particles::settings(case, particles::level(case, bed_height));
     Ok(Some(Solver::new(domain, settings, tank, &fluid, grains)?))

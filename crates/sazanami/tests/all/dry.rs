@@ -30,3 +30,53 @@ fn dry_grains_fall_and_pay_for_no_water() {
         assert!((10e-3 - height - fallen).abs() < 0.01 * fallen, "{name}: {height} after {time}");
     }
 }
+
+/// Force of the floor over the weight, and the potential energy, of a bead at rest, at the end.
+fn at_rest(name: &str, overrides: &[&str], more: &str) -> [f64; 2] {
+    let folder = Scratch::new(name);
+    let lying = ["grains.0.placement={ list = [{ position = [\"5 mm\", \"5 mm\", \"0.5 mm\"] }] }", "run.until=60 ms"];
+    let loaded = load(&format!("{TANK}{more}"), &[&lying, overrides].concat());
+    start(&loaded, &folder.join("run"), On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
+    let left = Left::in_folder(&folder.join("run"));
+    ["contact_force_over_submerged_weight", "potential_energy"].map(|name| {
+        let column = left.column(name);
+        column[column.len() - 1]
+    })
+}
+
+#[test]
+fn grains_out_of_water_weigh_what_they_weigh() {
+    let mass = 2650.0 * std::f64::consts::PI / 6.0 * 1e-9;
+    let [ratio, energy] = at_rest("dry-rest", &[], "");
+    assert!((ratio - 1.0).abs() < 1e-3, "{ratio}");
+    assert!((energy / (mass * 9.81 * 0.5e-3) - 1.0).abs() < 1e-3, "{energy}");
+    // Gravity is tilted by 30 degrees: the floor bears its part along x3.
+    let tilted = "gravity=[\"4.905 m/s^2\", \"0 m/s^2\", \"-8.4957 m/s^2\"]";
+    let [ratio, _] = at_rest("dry-tilted", &[tilted, "contact.default.friction=0"], "");
+    assert!((ratio - 1.0).abs() < 0.02, "{ratio}");
+    // Above water that it does not reach: no water is displaced.
+    let folder = Scratch::new("dry-above");
+    let last = |name: &str, text: &str| {
+        let folder = folder.join(name);
+        start(&load(text, &["run.until=2 ms"]), &folder, On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
+        let column = Left::in_folder(&folder).column("potential_energy");
+        column[column.len() - 1]
+    };
+    let [head, tail] = ["[material.sand]", "[output]"].map(|at| TANK.split(at).collect::<Vec<_>>());
+    let alone = format!("{}[preparation]\ncache = false\n[output]{}{WATER}", head[0], tail[1]);
+    let of_bead = last("both", &format!("{TANK}{WATER}")) - last("water", &alone);
+    // As if it were under water it had 0.62 of that.
+    assert!((of_bead / (mass * 9.81 * 10e-3) - 1.0).abs() < 0.1, "{of_bead}");
+    // Under water the bead is lighter by what it displaces.
+    let [ratio, _] = at_rest("wet-rest", &["run.until=20 ms"], WATER);
+    assert!((ratio - 1.0).abs() < 0.1, "{ratio}");
+}
+
+#[test]
+fn dry_grains_are_finer_than_the_particles_that_there_are_none_of() {
+    let fine = ["grains.0.shape.sphere.diameter=0.3 mm"];
+    assert!(crate::support::findings(TANK, &fine).is_empty(), "{:?}", crate::support::findings(TANK, &fine));
+    // Negative control: water would read too few particles around them.
+    let wet = crate::support::findings(&format!("{TANK}{WATER}"), &fine);
+    assert!(wet.iter().any(|found| found.contains("too few particles")), "{wet:?}");
+}

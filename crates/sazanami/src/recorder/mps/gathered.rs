@@ -10,6 +10,7 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_observe::ripples::{GrainView, Interpolation, SurfaceProfile, Tank, WaterView, water_surface};
 
 use super::TankSums;
+use crate::recorder::grain_files::in_tank;
 
 /// Least number of particles within the cut-off for a value at a place.
 const FEWEST: usize = 4;
@@ -109,6 +110,8 @@ pub(super) struct GatheredTank {
     pub reference: Vector,
     /// Density along directions of whose body force the pressure is without its part at rest, zero along others [kg/m^3].
     pub reduced_density: Vector,
+    /// Displacement of the tank in the solver's frame \[m].
+    pub shift: Vector,
     /// Velocity of the tank against the solver's frame [m/s].
     pub drift: Vector,
     /// Cut-off of the weights \[m].
@@ -129,7 +132,7 @@ impl GatheredTank {
         self.reduced_density = settings.fluid.density * solver.reduced_force(Vector::ONE);
         self.cutoff = settings.scheme.radius * settings.fluid.spacing;
         self.spacing = settings.fluid.spacing;
-        self.drift = drift;
+        (self.shift, self.drift) = (shift, drift);
         let phase = solver.grains();
         let engine = phase.engine();
         let all = engine.grains();
@@ -139,7 +142,7 @@ impl GatheredTank {
             GrainRecord {
                 id: all.id[g],
                 contacts: engine.touched_grains(g) as u64,
-                position: (all.position[g] - shift).to_array(),
+                position: in_tank(domain, all.position[g], shift).to_array(),
                 velocity: (all.velocity[g] - drift).to_array(),
                 spin: all.angular_velocity(g).to_array(),
                 contact_force: all.contact_force[g].to_array(),
@@ -161,7 +164,7 @@ impl GatheredTank {
                 Role::Dirichlet => 1,
                 Role::Inactive => 2,
             },
-            position: (particles.position[a] - shift).to_array(),
+            position: in_tank(domain, particles.position[a], shift).to_array(),
             velocity: (particles.velocity[a] - drift).to_array(),
             pressure: particles.pressure[a],
             bulk_volume: volume / phase.void_fraction(particles.position[a]),
@@ -202,11 +205,16 @@ impl GatheredTank {
 
     /// Sums over what was gathered, and over the grains of all ranks. All ranks take part; the sums are on rank 0.
     ///
-    /// `gravity` is that of the case [m/s^2].
-    pub fn sums(&self, solver: &Solver, gravity: Real) -> TankSums {
+    /// `gravity` is that of the case [m/s^2]. Grains weigh less by the water that they displace, as far as there is water around them;
+    /// those that no step has looked at lie in what water there is. Along periodic sides there is no height.
+    pub fn sums(&self, solver: &Solver, gravity: Vector) -> TankSums {
         let settings = solver.settings();
         let density = settings.fluid.density;
-        let floor = solver.tank().lower.z;
+        let tank = solver.tank();
+        let lower = tank.lower;
+        let [is_wet] = solver.sum_over_fluid(|_, _| [1.0]).map(|particles| particles > 0.0);
+        let periodic = solver.domain().periodic();
+        let uphill = Vector::from_array(std::array::from_fn(|d| if periodic[d] { 0.0 } else { -gravity[d] }));
         let mass = solver.particle_mass();
         let drift = self.drift;
         let phase = solver.grains();
@@ -218,15 +226,21 @@ impl GatheredTank {
             let (momentum, drifting) = (all.mass[g] * all.velocity[g], all.mass[g] * drift);
             (0..3).for_each(|d| sums[d] += momentum[d] - drifting[d]);
             sums[3] += all.kinetic_energy(g) - momentum.dot(drift) + 0.5 * drifting.dot(drift);
-            let submerged_weight = (all.mass[g] - density * volume) * gravity;
-            sums[5] += submerged_weight * (all.position[g].z - floor);
+            let [void_fraction, wetness] = phase.surroundings(g);
+            let wet = match () {
+                () if !is_wet => 0.0,
+                () if void_fraction > 0.0 => wetness,
+                () => 1.0,
+            };
+            let submerged = all.mass[g] - density * volume * wet;
+            let place = in_tank(solver.domain(), all.position[g], self.shift) - lower;
+            sums[5] += (submerged * uphill).dot(place);
             if all.motion[g] == Motion::Free {
-                sums[4] += submerged_weight;
+                sums[4] -= submerged * gravity.z;
                 // What free grains do to each other cancels: what carries them is left.
                 sums[8] += all.contact_force[g].z;
             }
-            sums[6] += all.position[g].z - floor;
-            let [void_fraction, _] = phase.surroundings(g);
+            sums[6] += place.z;
             sums[7] += if void_fraction > 0.0 { drag.bed_share(void_fraction) } else { 0.0 };
         }
         let sums = solver.domain().sum(sums);
@@ -248,7 +262,7 @@ impl GatheredTank {
             sums.volume += water.bulk_volume[n];
             sums.momentum += mass * velocity;
             sums.fluid_energy += 0.5 * mass * velocity.length_squared();
-            sums.potential_energy += density * water.bulk_volume[n] * gravity * (water.position[n].z - floor);
+            sums.potential_energy += (density * water.bulk_volume[n] * uphill).dot(water.position[n] - lower);
             if !water.splash[n] {
                 sums.front = sums.front.max(water.position[n].x + 0.5 * self.spacing);
             }

@@ -69,9 +69,10 @@ pub(super) struct TankSums {
     pub fluid_energy: Real,
     /// Kinetic energy of the grains \[J].
     pub grain_energy: Real,
-    /// Potential energy of fluid and submerged grains against gravity, from the floor \[J].
+    /// Potential energy of fluid and grains against gravity, from the lower corner of the tank \[J]: of grains with their weight less that
+    /// of the water they displace.
     pub potential_energy: Real,
-    /// Weight of the free grains less that of the fluid they displace \[N].
+    /// Weight of the free grains along x3 less that of the fluid they displace \[N].
     pub submerged_weight: Real,
     /// Upward force of walls and of grains that forces do not move on the free grains, at the end of the last step \[N].
     pub carried_weight: Real,
@@ -98,7 +99,7 @@ pub(crate) struct ParticleObserver {
     /// Period of that motion, or of the acceleration that stands for it \[s].
     period: Option<Real>,
     /// Gravity [m/s^2].
-    gravity: Real,
+    gravity: Vector,
     /// Particle spacing \[m].
     spacing: Real,
     gathered: GatheredTank,
@@ -241,7 +242,7 @@ impl Observer for ParticleObserver {
             forms: form_settings(job.case),
             moving: job.case.frame.as_ref().filter(|_| job.case.walls_move()).and_then(|frame| frame.motion.clone()),
             period: job.case.period(),
-            gravity: job.case.gravity.length(),
+            gravity: job.case.gravity,
             spacing: job.case.particles.as_ref().map_or(1.0, |particles| particles.spacing),
             gathered: GatheredTank::default(),
             gathered_at: None,
@@ -350,6 +351,10 @@ impl Observer for ParticleObserver {
 
     fn fields(&self, Output { job, clock, files }: Output, _water: &mut Solver) -> Result<(), RecordError> {
         files.map_or(Ok(()), |files| fields::write(job, &self.gathered, clock, files))
+    }
+
+    fn tank_place(&self, clock: &Clock) -> Vector {
+        tank_motion(self.moving.as_ref(), clock.time())[0]
     }
 
     fn written_frame(&self, job: &Job, clock: &Clock) -> [Vector; 2] {

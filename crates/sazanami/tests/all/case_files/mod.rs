@@ -114,7 +114,7 @@ fn values_mean_what_they_say() {
     assert_eq!(wall.contact_start, ContactStart::SubStep);
     assert_eq!(case.grains[2].count, Some(2));
     assert_eq!(case.grains[0].mass_override, None);
-    assert!(case.grains[0].size.largest() > 1.3);
+    assert!(case.grains[0].sizes().largest() > 1.3);
     assert_eq!(case.output.fields.at, [0.1e-3, 0.3e-3]);
     assert_eq!(case.erosion.as_ref().map(|e| (e.dx, e.grain_size)), Some((1e-3, 0.52e-3)));
     assert_eq!(case.checkpoint.every_wall, None);

@@ -1,0 +1,59 @@
+//! Liquids of few particles: poured by their volume, warned of, or refused.
+
+use sazanami::check::CostModel;
+use sazanami::feasible;
+use sazanami::machine::Machine;
+use sazanami::run;
+use sazanami::stop::Stop;
+
+use crate::support::{Listener, On, Scratch, load};
+
+/// A drop in a box of 20 mm, between the places of a lattice of particles of 2 mm.
+fn drop(diameter: &str) -> String {
+    format!(
+        "solver = \"mps\"\ngravity = \"9.81 m/s^2\"\ndomain.size = [\"20 mm\", \"20 mm\", \"20 mm\"]\n\
+         boundary.x3_upper = \"outflow\"\nparticles.spacing = \"2 mm\"\npreparation.cache = false\nrun.until = \"1 ms\"\n\
+         output = {{ fields = {{ at = [] }}, figures = {{ at = [] }} }}\n[[liquid]]\nname = \"drop\"\n\
+         region.sphere = {{ centre = [\"10 mm\", \"10 mm\", \"10 mm\"], diameter = \"{diameter}\" }}\n"
+    )
+}
+
+/// What is told before a drop runs, and by its run if there is one.
+fn told(text: &str) -> (Vec<String>, Option<Vec<String>>) {
+    let loaded = load(text, &[]);
+    let records = |found: &sazanami::case::Diagnostics| {
+        let of = |record: &sazanami::case::DiagnosticRecord| {
+            format!("{} | {}", record.message, record.suggestion.clone().unwrap_or_default())
+        };
+        found.records(&loaded.source).iter().map(of).collect::<Vec<_>>()
+    };
+    match feasible::check(&loaded, &Machine::this(), &CostModel::default()) {
+        Err(error) => (records(&error.diagnostics), None),
+        Ok(feasible) => {
+            let folder = Scratch::new("poured");
+            let mut listener = Listener::default();
+            run::run(&loaded, &On::threads(1).steps(1).options(Some(&folder.join("run"))), &mut listener, &Stop::new())
+                .unwrap();
+            (records(&feasible.warnings), Some(listener.messages))
+        }
+    }
+}
+
+#[test]
+fn drops_are_poured_by_their_volume_warned_of_or_refused() {
+    // 0.22 particles.
+    let (found, ran) = told(&drop("1.5 mm"));
+    assert!(ran.is_none() && found.len() == 1, "{found:?}");
+    assert!(found[0].contains("`drop` is less than half a particle") && found[0].contains("0.302"), "{found:?}");
+    // 1.77 particles: two.
+    let (found, ran) = told(&drop("3 mm"));
+    assert!(found.len() == 1 && found[0].contains("with 13 % more volume than asked for"), "{found:?}");
+    let ran = ran.unwrap();
+    let says = |words: &str| ran.iter().any(|message| message.contains(words));
+    assert!(says("poured 2 particles of water") && says("warning: 1.8 particles of water were asked for"), "{ran:?}");
+    // 6.2 particles, of which the lattice has eight: six.
+    let (found, ran) = told(&drop("4.55 mm"));
+    let ran = ran.unwrap();
+    assert!(found.is_empty() && ran.iter().any(|message| message.contains("poured 6 particles")), "{found:?} {ran:?}");
+    assert!(!ran.iter().any(|message| message.contains("warning")), "{ran:?}");
+}
