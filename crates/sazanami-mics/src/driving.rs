@@ -12,13 +12,14 @@ impl Solver {
     #[must_use]
     pub fn with_mean_flow(mut self, mean_flow: Option<MeanFlow>) -> Self {
         self.mean_flow = mean_flow;
-        self.move_box();
+        self.move_box(0.0);
+        self.fill_halos();
         self
     }
 
-    /// Gives what enters a box that moves with its liquid the velocity that fluid at rest outside has there.
-    fn move_box(&mut self) {
-        let outside = self.mean_flow.map_or(Vector::ZERO, |flow| flow.outside());
+    /// Gives what enters a box that moves with its liquid the velocity that fluid at rest outside has there in `dt` \[s].
+    pub(crate) fn move_box(&mut self, dt: f64) {
+        let outside = self.mean_flow.map_or(Vector::ZERO, |flow| flow.outside_after(dt));
         if outside != Vector::ZERO {
             self.boundary = self.given.with_faster_inflow(outside);
         }
@@ -59,7 +60,6 @@ impl Solver {
         let density = flow.fluids.liquid_density * domain.grid().cell_volume();
         let report = held.answer(dt, density * Vector::new(x, y, z), density * volume);
         self.mean_flow = Some(held);
-        self.move_box();
         Some(report)
     }
 }

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use sazanami_dem::Engine;
-use sazanami_numerics::domain::{Domain, Region};
+use sazanami_numerics::domain::{Domain, Ghost, GhostRules, Location, Region};
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
@@ -233,7 +233,12 @@ fn faces(
     } else {
         scatter(domain, snapshot, last, &mut upper)?;
     }
-    set_last_faces(domain, &upper, &mut faces, direction);
+    // Between ranks the upper face of the last cells is the lower one of the first cells beyond.
+    let shared = GhostRules { location: Location::Face(direction), sides: [[Ghost::Kept; 2]; 3] };
+    domain.fill_halos_to(1, &mut [(&mut faces, &shared)]);
+    if domain.at_box_end(direction, 1) {
+        set_last_faces(domain, &upper, &mut faces, direction);
+    }
     Ok(faces)
 }
 

@@ -127,10 +127,10 @@ impl MeanFlow {
         if self.settings.acts_by == ActsBy::Volume { self.acceleration } else { Vector::ZERO }
     }
 
-    /// What the velocity of the fluid outside a box that moves has changed by since it is held, none of others [m/s].
+    /// What the velocity of the fluid outside a box that moves will have changed by in `dt` \[s] since it is held; none of others [m/s].
     #[must_use]
-    pub const fn outside(&self) -> Vector {
-        self.outside
+    pub fn outside_after(&self, dt: Real) -> Vector {
+        if self.settings.moves_box { self.outside + self.acceleration * dt } else { Vector::ZERO }
     }
 
     /// Whether the mean is that of all that is in the box.
@@ -197,11 +197,9 @@ impl MeanFlow {
     pub fn answer(&mut self, dt: Real, momentum: Vector, mass: Real) -> MeanFlowReport {
         let acceleration = self.acceleration;
         self.time += dt;
-        let MeanFlowSettings { area, answer, moves_box, .. } = self.settings;
+        let MeanFlowSettings { area, answer, .. } = self.settings;
         let stress = acceleration * mass / area;
-        if moves_box {
-            self.outside += acceleration * dt;
-        }
+        self.outside = self.outside_after(dt);
         let outside = self.outside;
         if mass <= 0.0 {
             return MeanFlowReport { acceleration, velocity: Vector::ZERO, stress, outside };
@@ -330,7 +328,7 @@ mod tests {
         let mut followed = MeanFlow::new(MeanFlowSettings { moves_box: true, beside: Vector::NEG_X, ..SETTINGS });
         assert!(MeanFlow::restore(followed.settings, &snapshot).is_err());
         let gained = followed.answer(0.01, Vector::ZERO, 1.0).outside;
-        assert_eq!((gained, flow.outside()), (Vector::new(0.01, 0.0, 0.0), Vector::ZERO));
+        assert_eq!((gained, flow.outside_after(0.01)), (Vector::new(0.01, 0.0, 0.0), Vector::ZERO));
         followed.save(&mut snapshot);
         assert_eq!(MeanFlow::restore(followed.settings, &snapshot).unwrap(), followed);
     }

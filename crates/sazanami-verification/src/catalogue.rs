@@ -108,6 +108,7 @@ pub const CASES: &[Case] = &[
     case!("carried-drop"),
     case!("sessile-drop"),
     case!("drop-on-slope"),
+    case!("drop-at-terminal-speed"),
     case!("drop-on-plate"),
     case!("drop-on-sphere"),
     case!("sphere-at-surface"),

@@ -153,6 +153,17 @@ pub fn keep_inputs(case: &Case, folder: &Path) -> Result<Case, CommandError> {
     Ok(kept)
 }
 
+/// The case of a run in `folder` with the names of its copies relative to that, as its file has them.
+pub fn named_within(case: &Case, folder: &Path) -> Case {
+    let mut case = case.clone();
+    for (_, file) in inputs(&mut case) {
+        if let Ok(name) = file.strip_prefix(folder) {
+            *file = name.to_owned();
+        }
+    }
+    case
+}
+
 /// Copies `file` into `place` within `folder`; returns its name there.
 fn keep(file: &Path, folder: &Path, place: &Path) -> Result<PathBuf, CommandError> {
     let Some(name) = file.file_name() else { return Ok(file.to_owned()) };

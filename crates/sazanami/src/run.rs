@@ -153,7 +153,8 @@ pub fn resume(
     }
     refuse_to_stand_still(&loaded, &resumed.run, options)?;
     let longer = longer(&case_file, &loaded, &resumed.run, options)?;
-    let lengthened = longer.as_ref().map(|longer| resolved::write(&longer.case, Paths::AsGiven));
+    let lengthened =
+        longer.as_ref().map(|longer| resolved::write(&results::named_within(&longer.case, folder), Paths::AsGiven));
     let loaded = longer.unwrap_or(loaded);
     if lengthened.is_some() {
         resumed.run.case_hash = resolved::hash_text(&loaded.case);

@@ -30,6 +30,8 @@ const LEAST: Real = 0.05;
 /// Energy over that which lifts a free grain of the mean weight by its radius below which nothing is judged: where all is nearly
 /// at rest, what is left of motion and springs is no measure.
 const UNSEEN: Real = 1e-6;
+/// Part of the energies and works of a grain that rounding of their difference may leave.
+const ROUNDING: Real = 16.0 * Real::EPSILON;
 
 /// What contacts took and gave; see the module.
 #[derive(Debug, Default)]
@@ -97,7 +99,7 @@ impl Engine {
             book.given.resize(owned, 0.0);
             for_each_chunk(&mut book.given[..], ROWS, |number, given| {
                 for (n, given) in given.iter_mut().enumerate() {
-                    *given = self.worth(number * ROWS + n, loads, gravity, -dt);
+                    [*given, _] = self.worth(number * ROWS + n, loads, gravity, -dt);
                 }
             });
         }
@@ -120,7 +122,9 @@ impl Engine {
             for (n, (given, aside)) in given.iter_mut().zip(aside).enumerate() {
                 let g = number * ROWS + n;
                 if self.grains.motion[g] == Motion::Free {
-                    *given = self.worth(g, loads, gravity, dt) - *given - *aside;
+                    let [worth, size] = self.worth(g, loads, gravity, dt);
+                    let change = worth - *given - *aside;
+                    *given = if change.abs() <= ROUNDING * (size + aside.abs()) { 0.0 } else { change };
                     *aside = 0.0;
                 } else {
                     *given = 0.0;
@@ -183,15 +187,15 @@ impl Engine {
     }
 
     /// Kinetic energy of own grain `g` with that of its added mass, less the work that the loads of a step have done by the
-    /// time at its end, or with a negative `dt` at its start \[J].
-    fn worth(&self, g: usize, loads: &Loads<'_>, gravity: Vector, dt: Real) -> Real {
+    /// time at its end, or with a negative `dt` at its start, and the sum of their magnitudes \[J].
+    fn worth(&self, g: usize, loads: &Loads<'_>, gravity: Vector, dt: Real) -> [Real; 2] {
         let (grains, spin) = (&self.grains, self.poses[g].spin);
         let mass = grains.mass[g];
         let moved = mass + loads.added_mass.get(g).copied().unwrap_or(0.0);
         let force = loads.force.get(g).copied().unwrap_or(Vector::ZERO) + mass * gravity;
         let torque = loads.torque.get(g).copied().unwrap_or(Vector::ZERO);
-        0.5 * (moved * grains.velocity[g].length_squared() + spin.dot(grains.angular_momentum[g]))
-            - force.dot(grains.unwrapped[g])
-            - 0.5 * dt * spin.dot(torque)
+        let kinetic = 0.5 * (moved * grains.velocity[g].length_squared() + spin.dot(grains.angular_momentum[g]));
+        let (pushed, turned) = (force.dot(grains.unwrapped[g]), 0.5 * dt * spin.dot(torque));
+        [kinetic - pushed - turned, kinetic + pushed.abs() + turned.abs()]
     }
 }

@@ -27,6 +27,7 @@ impl Solver {
             self.projection.mean.hold(net.held(), net.wanted_after(dt));
         }
         let mut report = StepReport { fluid_passes: step.fluid_passes, ..StepReport::default() };
+        self.move_box(dt);
         self.place_surfaces(dt);
         for _ in 0..step.fluid_passes {
             watch(Phase::Fluid);
@@ -47,6 +48,8 @@ impl Solver {
         report.imprint = grains.imprint(domain);
         if let Some(room) = room.as_mut() {
             report.transport.settled += room.refit(domain, boundary, grains.moved(domain), flow);
+        }
+        if room.is_some() || by_mass.is_some() {
             // The pressure behind walls is that beside the liquid where it is now, as after a restart.
             projection.fill_ghosts(domain, &flow.density, settings.gravity);
         }

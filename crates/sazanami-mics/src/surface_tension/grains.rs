@@ -31,7 +31,7 @@ use crate::interface::{plane_constant, volume_below};
 use crate::mobility::RowSet;
 
 /// Width in cells from which on grains have a contact angle.
-pub const WIDE: Real = 8.0;
+pub const WIDE: Real = 4.0;
 /// Layers of cells from the surface on that are given a plane: a column ends three cells beyond that of its height.
 const LAYERS: usize = 6;
 /// Open part from which on the liquid of a cell tells where its plane is.

@@ -519,8 +519,10 @@ mod tests {
         assert!((total(&pool, &grid, 2) - box_bottom).abs() < 1e-12);
         let slope = Region::HalfSpace { point: Vector::ZERO, normal: Vector::new(0.4, 0.2, 1.0) };
         assert!((total(&slope, &grid, 8) - 0.5 * 2.0 * 1.8 * 2.2).abs() < 1e-9);
-        let side = Region::HalfSpace { point: Vector::ZERO, normal: -Vector::X };
-        assert!((total(&side, &grid, 4) - 0.5 * 2.0 * 1.8 * 2.2).abs() < 1e-9);
+        for x in [0.0, 0.0137, 0.021] {
+            let side = Region::HalfSpace { point: Vector::new(x, 0.0, 0.0), normal: Vector::new(-1.0, 0.0, 1e-9) };
+            assert!((total(&side, &grid, 4) - (1.0 - x) * 1.8 * 2.2).abs() < 1e-7, "{x}");
+        }
     }
 
     #[test]

@@ -141,7 +141,7 @@ fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
                     let wets = case.fluid.surface_tension.is_some_and(|sigma| sigma > 0.0)
                         && case.coupling.exchange == Exchange::Surface;
                     let narrow = if wets && cells < WIDE * (1.0 - 1e-9) {
-                        "; below eight cells the interface meets it at no angle"
+                        "; below four cells the interface meets it at no angle"
                     } else {
                         ""
                     };

@@ -171,3 +171,16 @@ fn a_body_passes_the_surface_of_liquid() {
     let (residual, change) = run_with("whole", &["coupling.exchange=stress", held]);
     assert!(residual > 1e-2 && change > 5e-3, "{residual} {change}");
 }
+
+#[test]
+fn a_sphere_that_touches_nothing_is_not_ended_by_its_contacts() {
+    // Without gravity in water that hardly moves: energies of 1e-20 J, whose differences are rounding.
+    let text = "gravity = \"0 m/s^2\"\ndomain = { size = [\"40 mm\", \"40 mm\", \"40 mm\"], cells = [16, 16, 16] }\n\
+                boundary = { all = \"periodic\", x3_lower = \"no_slip\", x3_upper = { moving = { velocity = [\"20 mm/s\", \"0 m/s\", \"0 m/s\"] } } }\n\
+                fluid.liquid = { density = \"1000 kg/m^3\", kinematic_viscosity = \"1e-5 m^2/s\" }\n\
+                material.a.density = \"1000 kg/m^3\"\noutput = { fields = { at = [] }, figures = { at = [] }, grains = { at = [] } }\n\
+                run.until = \"50 ms\"\n[[liquid]]\nregion.half_space.point = [\"0 m\", \"0 m\", \"50 mm\"]\n\
+                allow_touching_grains = true\n[[grains]]\nname = \"s\"\nshape.sphere = { diameter = \"10 mm\" }\n\
+                placement.list = [{ position = [\"20 mm\", \"20 mm\", \"20 mm\"] }]\n";
+    assert_eq!(run("alone", text, &[]).summary["status"], "finished");
+}

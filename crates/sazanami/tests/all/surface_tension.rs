@@ -126,7 +126,7 @@ fn contact_angles_of_grains_that_cannot_be_are_refused_or_told() {
     let told = |changes: &[&str]| {
         let loaded = load(BALL, changes);
         let report = check::check(&loaded.case, Known::default(), &Machine::this(), 1, &CostModel::default());
-        check::explain(&loaded.case, &report).matches("below eight cells the interface meets it at no angle").count()
+        check::explain(&loaded.case, &report).matches("below four cells the interface meets it at no angle").count()
     };
     assert_eq!([told(&[]), told(&["grains.1.shape.sphere.diameter=0.4 mm"])], [1, 0]);
 }

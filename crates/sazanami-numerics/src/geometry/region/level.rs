@@ -7,12 +7,14 @@ use crate::{Real, Vector};
 const HALVINGS: usize = 30;
 
 impl Region {
-    /// Whether vertical lines through it are not reckoned.
+    /// Whether vertical lines through it are not reckoned, or do not tell where its surface lies in a cell.
     pub(super) fn has_level_alone(&self) -> bool {
         match self {
             Self::Cylinder { .. } | Self::Wavy { .. } | Self::Sampled(_) => true,
             Self::Union(members) => members.iter().any(Self::has_level_alone),
-            Self::Box { .. } | Self::Sphere { .. } | Self::Spheroid { .. } | Self::HalfSpace { .. } => false,
+            // A surface that stands upright passes between vertical lines.
+            Self::HalfSpace { normal, .. } => normal.z.abs() < normal.x.abs().max(normal.y.abs()),
+            Self::Box { .. } | Self::Sphere { .. } | Self::Spheroid { .. } => false,
         }
     }
 

@@ -1,6 +1,7 @@
 //! An interrupted run goes on to the same bits, whatever interrupted it; damaged checkpoints are distinguished from good ones.
 
 mod damaged;
+mod followed;
 mod longer;
 
 use std::path::Path;
