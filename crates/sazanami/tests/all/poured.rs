@@ -33,7 +33,7 @@ fn told(text: &str) -> (Vec<String>, Option<Vec<String>>) {
             let folder = Scratch::new("poured");
             let mut listener = Listener::default();
             run::run(&loaded, &On::threads(1).steps(1).options(Some(&folder.join("run"))), &mut listener, &Stop::new())
-                .unwrap();
+                .expect("the run ends well");
             (records(&feasible.warnings), Some(listener.messages))
         }
     }
