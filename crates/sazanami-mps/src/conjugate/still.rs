@@ -1,14 +1,18 @@
 //! The pressure of water at rest, split off in water with grains.
 //!
-//! Where particles are not on a lattice, the force `G p` of a pressure that is the same everywhere is not zero: it pushes them
-//! apart, and water under its own weight does not come to rest. In a bed that is seepage, which lifts grains. So the unknown is
-//! what the pressure has beyond `P = rho b.x + level`, and in rows between grains that see no surface `P` acts by its gradient `rho b`, so
-//! that still water stays as it is; where grains are sparse by a part of it and by the rest of `G P`. From one row to the next the two differ by
-//! a force that no other row answers: a lone grain in still water stirred it to two fifths of `sqrt(g H)` where the edge was sharp. Rows that see a surface keep `G P` and `C P`: the pressure vanishes beyond the outermost
-//! particles as in clear water. Rows of clear water keep them too, but where there is no surface: what pushes particles to sparse places
-//! is the force of the pressure on them, and what is left of it beyond `P` is negative wherever the surface has sunk. There it would pull
-//! particles apart from one another, and the water swells. For the same reason the level is the lowest between grains and not the mean: what
-//! is left of the pressure of the step before is nowhere negative between grains.
+//! Where particles are not on a lattice, or not where the void fraction asks for them, the force `G p` of a pressure that is the same
+//! everywhere is not zero: it pushes them apart, and water under its own weight does not come to rest. In a bed that is seepage, which
+//! lifts grains. So the unknown is what the pressure has beyond `P`, a function of the height alone: with the hydrostatic pressure
+//! `h = level + rho b.x`, `P` is `h` less a constant from 2.5 spacings below the level on, and zero above half a spacing. `P` acts by its
+//! gradient in every row, with grains or without: that is a force that a pressure answers, and water at rest stays as it is whatever the
+//! void fraction. Where `P` acts by its gradient in some rows and by `G P` in others, the two differ by a force that no pressure answers,
+//! along every edge between them: it stirred still water around sparse grains to a third of `sqrt(g H)`.
+//!
+//! Near the surface the whole pressure acts by `G p`, which vanishes beyond the outermost particles as in clear water. What is left of
+//! the pressure below, that of 1.5 spacings, pushes particles to sparse places. It must be nowhere negative: it would pull particles
+//! apart from one another where the surface has sunk, and the water swells. So the level is the lowest of the pressure of the step before, beyond
+//! `rho b.x`, and not its mean. Rows beside a cavity far below the level keep `G P` and `C P`: it would not close otherwise. In a
+//! closed box, where a pressure has no level of its own, `P = h` with the mean level.
 
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
@@ -25,17 +29,53 @@ use crate::reductions::{largest, set_column, sum_of};
 /// Force of a pressure that is the same everywhere, times the spacing, below which an arrangement counts as a lattice.
 const LEAST_FORCE: Real = 0.01;
 
-/// Reciprocal void fraction from which on a row lies wholly between grains: with more a light grain alone has too little buoyancy (5 % at
-/// 1.1), with less the edge stirs still water again (twice the energy at 1.005).
-const BETWEEN: Real = 1.008;
+/// Depths below the level from which on a pressure is split off, and from which on with its whole gradient, in spacings. With 1 and 3,
+/// and the more with more, what is left stirs still water (twice to four times the speed around three held grains).
+const FROM: Real = 0.5;
+const WHOLE: Real = 2.5;
+/// Depth from which on a row that sees a surface sees that of a cavity, in spacings.
+const CAVITY: Real = 4.0;
+
+/// The split-off pressure as a function of the hydrostatic one.
+#[derive(Clone, Copy)]
+struct Split {
+    /// Whether it is the hydrostatic one.
+    linear: bool,
+    /// Hydrostatic pressure of one spacing \[Pa].
+    unit: Real,
+}
+
+impl Split {
+    /// For the `hydrostatic` pressure \[Pa].
+    fn pressure(&self, hydrostatic: Real) -> Real {
+        let [from, whole] = [FROM, WHOLE].map(|depth| depth * self.unit);
+        match hydrostatic {
+            h if self.linear => h,
+            h if h <= from => 0.0,
+            h if h >= whole => h - 0.5 * (from + whole),
+            h => 0.5 * (h - from).powi(2) / (whole - from),
+        }
+    }
+
+    /// Its derivative.
+    fn slope(&self, hydrostatic: Real) -> Real {
+        let [from, whole] = [FROM, WHOLE].map(|depth| depth * self.unit);
+        match hydrostatic {
+            _ if self.linear => 1.0,
+            h if h <= from => 0.0,
+            h if h >= whole => 1.0,
+            h => (h - from) / (whole - from),
+        }
+    }
+}
 
 /// Columns over particles and ghosts.
 #[derive(Debug, Default)]
 pub(crate) struct Still {
     /// Whether a pressure is split off in this step.
     pub splits: bool,
-    /// Part of a row that has the gradient of `P` and not its force.
-    exact: Vec<Real>,
+    /// Whether a row has the gradient of `P` and not its force.
+    exact: Vec<bool>,
     /// `P` \[Pa].
     pressure: Vec<Real>,
     /// What acts of it [Pa/m].
@@ -48,9 +88,8 @@ pub(crate) struct Still {
 }
 
 impl Still {
-    /// Splits `P` off the pressure of the step before, where there are grains. Its gradient acts in rows between grains that see no surface,
-    /// in a `closed` box in those of clear water too; its level is the lowest of that pressure beyond `rho b.x` in them, in a closed box, where
-    /// a pressure has no level of its own, the mean.
+    /// Splits `P` off the pressure of the step before, where there are grains; its level is the lowest of that pressure beyond `rho b.x`
+    /// in the rows that see no surface, in a `closed` box the mean.
     pub fn split(
         &mut self,
         step: &Context<'_>,
@@ -67,35 +106,28 @@ impl Still {
         let Particles { kind, position, pressure, owned, .. } = particles;
         let (kind, position, owned) = (&kind[..], &position[..], *owned);
         let force = step.settings.fluid.density * step.still_force();
-        let between = |a: usize| ((bulk.inverse_void[a] - 1.0) / (BETWEEN - 1.0)).min(1.0);
-        let part = |a: usize| {
-            if rows[a].beside_surface {
-                0.0
-            } else if closed {
-                1.0
-            } else {
-                between(a)
-            }
-        };
-        set_column(&mut self.exact, owned, |a| if kind[a] == Kind::Fluid { part(a) } else { 0.0 });
-        let (exact, old) = (&self.exact[..], &pressure[..]);
+        let old = &pressure[..];
         let beyond = |a: usize| old[a] - force.dot(position[a]);
-        let [sum, number] =
-            step.domain.sum(sum_of(owned, |a| if exact[a] > 0.0 { [beyond(a), 1.0] } else { [0.0; 2] }));
+        let inside = |a: usize| kind[a] == Kind::Fluid && !rows[a].beside_surface;
+        let [sum, number] = step.domain.sum(sum_of(owned, |a| if inside(a) { [beyond(a), 1.0] } else { [0.0; 2] }));
         self.splits = number > 0.0;
         if !self.splits {
             return;
         }
-        let lowest =
-            || -step.domain.max(largest(owned, |a| if exact[a] > 0.0 { -beyond(a) } else { Real::NEG_INFINITY }));
+        let lowest = || -step.domain.max(largest(owned, |a| if inside(a) { -beyond(a) } else { Real::NEG_INFINITY }));
         let level = if closed { sum / number } else { lowest() };
-        let at = |a: usize| if kind[a] == Kind::Fluid { level + force.dot(position[a]) } else { 0.0 };
+        let of_depth = Split { linear: closed, unit: step.settings.fluid.spacing * force.length() };
+        let hydrostatic = |a: usize| level + force.dot(position[a]);
+        let cavity = |a: usize| rows[a].beside_surface && hydrostatic(a) > CAVITY * of_depth.unit;
+        set_column(&mut self.exact, owned, |a| kind[a] == Kind::Fluid && (closed || !cavity(a)));
+        let exact = &self.exact[..];
+        let at = |a: usize| if kind[a] == Kind::Fluid { of_depth.pressure(hydrostatic(a)) } else { 0.0 };
         set_column(&mut self.pressure, kind.len(), at);
         ghosts.refresh(step.domain, &mut self.pressure);
         let still = &self.pressure[..];
         self.gradient.resize(kind.len(), Vector::ZERO);
         operators.force(blocks, still, &mut self.gradient[..owned], |into, a, found| {
-            *into = exact[a] * force + (1.0 - exact[a]) * found;
+            *into = if exact[a] { of_depth.slope(hydrostatic(a)) * force } else { found };
         });
         ghosts.refresh(step.domain, &mut self.gradient);
         for_each_chunk(&mut pressure[..], ROWS, |number, pressure| {
@@ -120,7 +152,7 @@ impl Still {
                 let a = number * ROWS + row;
                 let [.., near] = operators.pairs.differences(blocks, a, |b| [0.0, 0.0, 0.0, pressure[b]]);
                 let compact = (entry.diagonal - operators.sums[a][3]) * pressure[a] - near;
-                let compact = exact[a] * divergence[a] - (1.0 - exact[a]) * compact;
+                let compact = if exact[a] { divergence[a] } else { -compact };
                 entry.right += (1.0 - COMPACT) * divergence[a] + COMPACT * compact;
             }
         });

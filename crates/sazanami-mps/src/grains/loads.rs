@@ -219,7 +219,7 @@ impl GrainPhase {
         let (law, density) = (coupling.drag, coupling.drag.density);
         let (around, diameter, owned, still) = (&around[..], &diameter[..], around.len(), step.still_force());
         set_column(force, owned, |g| {
-            -volume(diameter[g]) * (around[g].pressing + around[g].wetness * density * (still - by_volume))
+            -volume(diameter[g]) * (around[g].pressing + around[g].submerged * density * (still - by_volume))
         });
         set_column(places, owned, |g| engine.grains().unwrapped_position(g));
         set_column(shared, owned, |g| {
@@ -266,7 +266,7 @@ impl GrainPhase {
             let drag = grains.drag_impulse[g];
             let kept = &grains.attached[g];
             // That of the water alone; what comes from outside has no reaction on it.
-            let outside = kept[WETNESS] * density * volume(diameter[g]) * by_volume;
+            let outside = around[g].submerged * density * volume(diameter[g]) * by_volume;
             let pressure = dt * (vector(kept, PRESSURE_FORCE) - outside);
             [drag.x, drag.y, drag.z, pressure.x, pressure.y, pressure.z]
         }));

@@ -76,8 +76,10 @@ pub(crate) struct FluidAtGrain {
     pub gust: Vector,
     /// Force of the pressure of the step before, beyond the hydrostatic one, over the volume of the grain [Pa/m].
     pub pressing: Vector,
-    /// Wet fraction of the grain.
+    /// Part of the grain that water reaches: twice the sum of the weights, at most 1. Drag, lift and added mass go by it.
     pub wetness: Real,
+    /// Part of the grain's volume below the level of the water around it, by which the hydrostatic pressure acts.
+    pub submerged: Real,
     /// Void fraction, without the contribution of the grain itself.
     pub void_fraction: Real,
     /// One over the mass of the fluid that yields to the drag on the grain [1/kg]; 0 with a lagged exchange.

@@ -145,11 +145,28 @@ impl GrainPhase {
             let sum = clear * read.share + with_solid * read.solid;
             felt.velocity = (clear * read.velocity + with_solid * read.solid_velocity) / sum;
             felt.wetness = (2.0 * read.share).min(1.0);
+            felt.submerged = submerged(read.share, d / self.sources.smoothing().0);
             felt.drag_factor = sum / (read.share * dense);
             felt.weights = [clear / sum, with_solid / sum];
         }
         felt
     }
+}
+
+/// Part of a sphere that lies below the level at which the smoothing function has the `share` of its integral, for a diameter of
+/// `size` radii of the function. With water up to a plane, the part of the function beyond it at `1 - s` radii from the centre is
+/// `3.5 s^6 - 4.5 s^7 + 1.5 s^8`, the Wendland function integrated over planes; the cap of the sphere follows.
+fn submerged(share: Real, size: Real) -> Real {
+    let (beyond, least) = (share.min(1.0 - share), (1.0 - 0.5 * size).max(0.0));
+    let part = |s: Real| s.powi(6) * (3.5 + s * (-4.5 + 1.5 * s));
+    if beyond <= part(least) {
+        return if share < 0.5 { 0.0 } else { 1.0 };
+    }
+    // Newton's method from the centre: the function is convex, so that the steps end at the level from one side.
+    let step = |s: Real, _| s - (part(s) - beyond) / (s.powi(5) * (21.0 + s * (-31.5 + 12.0 * s)));
+    let away = (1.0 - (0..8).fold(1.0, step)) / (0.5 * size);
+    let depth = if share < 0.5 { -away } else { away };
+    0.25 * (2.0 + depth * (3.0 - depth * depth))
 }
 
 /// What bins know of a particle, see [`READ`].
@@ -172,4 +189,31 @@ fn entry<'a>(
 #[inline(always)]
 pub(super) fn solid_cubed(inverse_void: Real) -> Real {
     (1.0 - 1.0 / inverse_void).powi(3)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sphere_is_submerged_as_far_as_the_level_says() {
+        // The smoothing function integrated over planes and then up to a level, by sums.
+        let share = |level: Real| {
+            let n = 2000;
+            let plane = |z: Real| {
+                let steps = (0..n).map(|k| z + (1.0 - z) * (Real::from(k) + 0.5) / Real::from(n));
+                21.0 * (1.0 - z) / Real::from(n) * steps.map(|q| (1.0 - q).powi(4) * (1.0 + 4.0 * q) * q).sum::<Real>()
+            };
+            let heights = (0..n).map(|k| level.abs() * (Real::from(k) + 0.5) / Real::from(n));
+            0.5 + level / Real::from(n) * heights.map(plane).sum::<Real>()
+        };
+        let size = 1.0 / 3.0;
+        for (level, part) in [(-0.25, 0.15625), (0.0, 0.5), (0.25, 0.84375), (0.1, 0.648), (0.6, 1.0), (-0.6, 0.0)] {
+            let found = submerged(share(level * size), size);
+            assert!((found - part).abs() < 1e-4, "{level}: {found}");
+        }
+        assert_eq!([0.0, 1.0, 1.1].map(|share| submerged(share, size)), [0.0, 1.0, 1.0]);
+        // Negative control: twice the share, as if half of the water around a grain wetted all of it.
+        assert!((2.0 * share(-0.25 * size) - 0.15625).abs() > 0.3);
+    }
 }
