@@ -18,12 +18,13 @@ use crate::presets::{Preset, Solver};
 use crate::read::{At, Context, Table};
 use crate::tables::{
     Bed, BoundarySide, BoxDomain, Checkpoints, Contacts, Coupling, DemOptions, Drive, Erosion, FilmRoughness,
-    FluidOptions, Follows, Frame, Gate, GrainPlacement, HeapObserved, LiquidRegion, Material, Materials, OutputFrame,
-    Outputs, Overlap, Particles, Population, Preparation, Probe, Ripples, RunLength, Sides, WallMotion, check_names,
+    FluidOptions, Follows, Frame, Gate, GrainPlacement, HeapObserved, LONGEST_STEP, LiquidRegion, Material, Materials,
+    OutputFrame, Outputs, Overlap, Particles, Population, Preparation, Probe, Ripples, RunLength, Sides, WallMotion,
+    check_names,
 };
 use crate::value::{Range1, Value};
 use crate::write::{Paths, Written};
-use crate::{cross_checks, driven, moving_particles};
+use crate::{cross_checks, moving_particles};
 
 /// Largest gap of a film in cells: at wider ones the cells have the lubrication.
 const FILM_CELLS: Real = 0.5;
@@ -323,7 +324,7 @@ impl Case {
     fn followed(&self) -> MeanFlowSettings {
         let extent = self.domain.extent();
         let fall = (self.domain.spacing().min_element() / self.gravity.length()).sqrt();
-        let answer = fall.max(self.fluid.step.longest() / driven::LONGEST_STEP);
+        let answer = fall.max(self.fluid.step.longest() / LONGEST_STEP);
         MeanFlowSettings {
             velocity: Vector::ZERO,
             held: self.gravity.to_array().map(|g| g != 0.0),

@@ -7,11 +7,10 @@ use sazanami_numerics::{Real, Vector};
 use crate::case::Case;
 use crate::presets::Solver;
 use crate::read::Context;
-use crate::tables::{BoundarySide, Drive, FluidName, GrainPlacement, Placement, Population, SIDE_NAMES, place_of_side};
+use crate::tables::{
+    BoundarySide, Drive, FluidName, GrainPlacement, LONGEST_STEP, Placement, Population, SIDE_NAMES, place_of_side,
+};
 use crate::units::rounded;
-
-/// Longest step over the time of the answer; the force swings from one on.
-pub const LONGEST_STEP: Real = 0.25;
 
 /// Part of gravity up to which it counts as borne.
 const BORNE: Real = 1e-9;

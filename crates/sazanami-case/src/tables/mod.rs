@@ -39,6 +39,7 @@ pub use coupling::*;
 pub use dem::*;
 pub use domain::*;
 pub use drive::Drive;
+pub(crate) use drive::LONGEST_STEP;
 pub use fluid::*;
 pub use frame::*;
 pub use gate::*;
