@@ -21,11 +21,11 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
         );
         return;
     }
-    if case.gravity.length() == 0.0 {
+    if case.gravity.z == 0.0 || case.gravity.x != 0.0 || case.gravity.y != 0.0 {
         refuse(
-            "there is no direction in which the liquid falls",
-            "the case has no gravity",
-            "give `gravity`, or leave this out",
+            "a box follows its liquid along x3",
+            "there is no gravity along x3, or some along another direction",
+            "give `gravity` along x3 alone, or leave this out",
         );
     }
     if frame.motion.is_some() || frame.oscillation.is_some() || frame.acceleration != sazanami_numerics::Vector::ZERO {

@@ -14,7 +14,16 @@ impl Solver {
         self.mean_flow = mean_flow;
         self.move_box(0.0);
         self.fill_halos();
+        self.settle_ghosts();
         self
+    }
+
+    /// Gives the pressure behind the sides of a box that moves what the force of the next step asks for, as after a restart.
+    pub(crate) fn settle_ghosts(&mut self) {
+        if let Some(flow) = self.mean_flow.filter(MeanFlow::moves_box) {
+            let gravity = self.settings.gravity + flow.acceleration();
+            self.projection.fill_ghosts(&self.domain, &self.flow.density, gravity);
+        }
     }
 
     /// Gives what enters a box that moves with its liquid the velocity that fluid at rest outside has there in `dt` \[s].

@@ -133,6 +133,12 @@ impl MeanFlow {
         if self.settings.moves_box { self.outside + self.acceleration * dt } else { Vector::ZERO }
     }
 
+    /// Whether the force is that of a box that moves with the liquid.
+    #[must_use]
+    pub const fn moves_box(&self) -> bool {
+        self.settings.moves_box
+    }
+
     /// Whether the mean is that of all that is in the box.
     #[must_use]
     pub const fn is_net(&self) -> bool {

@@ -181,7 +181,7 @@ mod tests {
         }
         assert!(plan(&format!("{base}[keys]\n\"a\" = [1]\n")).is_ok());
         let ends = plan(&format!("{base}[keys]\n\"a\" = {{ from = \"10 ms\", to = \"0.03 s\", count = 2 }}\n"));
-        assert_eq!(ends.unwrap_err().to_string().matches("error").count(), 1, "one fault, one error");
+        assert_eq!(ends.unwrap_err().to_string().matches("error:").count(), 1, "one fault, one error");
     }
 
     #[test]

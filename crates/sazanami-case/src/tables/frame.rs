@@ -50,8 +50,8 @@ struct FrameKeys {
     #[key(table)]
     motion: Option<MotionKeys>,
     /// What the box follows along gravity: with `liquid` it is accelerated so that the liquid stays in it without a mean velocity, as around a drop
-    /// that falls. The fluid outside is at rest: what enters through inflow sides has the velocity that it has seen from the box, at the
-    /// start that of the side. The speed of the box is in the series (`box_velocity_3`).
+    /// that falls. The fluid outside is at rest, and enters through inflow sides with its velocity as seen from the box, at the start that
+    /// given for the side. The speed of the box is in the series (`box_velocity_3`).
     #[key(word, default = Follows::Nothing)]
     follows: Follows,
 }

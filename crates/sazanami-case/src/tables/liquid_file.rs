@@ -71,8 +71,8 @@ impl LiquidFile {
             Ok(Some(body)) => self.body = Some(Arc::new(body)),
             Ok(None) => {
                 cx.report
-                    .error(table.place("file"), "there is no liquid in this file")
-                    .label("`liquid_fraction` is zero in all cells")
+                    .error(table.place("file"), "there is less than a cell of liquid in this file")
+                    .label("`liquid_fraction` is zero in all cells, or nearly so")
                     .help("name the fields of a time at which there is some");
             }
             Err(problem) => {
@@ -104,7 +104,8 @@ fn read(file: &Path, mirrored_in: MirroredIn) -> Result<Option<SampledLiquid>, R
     let damaged = |what: &str| ReadError::Damaged { path: file.to_owned(), what: what.to_owned() };
     let extent = fields.numbers::<6>("ImageData", "WholeExtent")?;
     let edges = [0, 1, 2].map(|d| extent[2 * d + 1] - extent[2 * d]);
-    if !edges.iter().all(|&n| n >= 1.0) || edges.iter().product::<f64>() > MOST_CELLS {
+    let copies = (1 << mirrored_in.directions().len()) as f64;
+    if !edges.iter().all(|&n| n >= 1.0) || copies * edges.iter().product::<f64>() > MOST_CELLS {
         return Err(damaged("WholeExtent of ImageData"));
     }
     let spacing = Vector::from_array(fields.numbers::<3>("ImageData", "Spacing")?);

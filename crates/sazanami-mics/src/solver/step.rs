@@ -48,8 +48,6 @@ impl Solver {
         report.imprint = grains.imprint(domain);
         if let Some(room) = room.as_mut() {
             report.transport.settled += room.refit(domain, boundary, grains.moved(domain), flow);
-        }
-        if room.is_some() || by_mass.is_some() {
             // The pressure behind walls is that beside the liquid where it is now, as after a restart.
             projection.fill_ghosts(domain, &flow.density, settings.gravity);
         }
@@ -58,6 +56,7 @@ impl Solver {
         report.impulses.open_sides += self.let_leave()? + std::mem::take(&mut self.fed);
         self.previous_step = Some(step.dt);
         report.mean_flow = self.answer(dt);
+        self.settle_ghosts();
         self.check(&report)?;
         Ok(report)
     }

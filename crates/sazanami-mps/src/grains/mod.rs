@@ -25,7 +25,7 @@ pub use added_mass::{AddedMass, AddedMassForm};
 use binned::Binned;
 pub use drag::{DragExchange, DragForm, DragLaw, DragParameters, Forchheimer, volume};
 use exchange::GIVEN;
-use kept::{ADDED_MASS_FORCE, DRAG_FORCE, LIFT_FORCE, PRESSURE_FORCE, VOID, WETNESS, vector};
+use kept::{ADDED_MASS_FORCE, DRAG_FORCE, LIFT_FORCE, PRESSURE_FORCE, SHARE, VOID, WETNESS, vector};
 pub use lift::{Lift, lift_force};
 use reading::{READ, Reading};
 pub use report::CouplingReport;
@@ -242,6 +242,13 @@ impl GrainPhase {
     pub fn surroundings(&self, g: usize) -> [Real; 2] {
         let kept = &self.engine.grains().attached[g];
         [kept[VOID], kept[WETNESS]]
+    }
+
+    /// Part of the volume of own grain `g` below the level of the water around it, at the start of the last step.
+    #[must_use]
+    pub fn submerged(&self, g: usize) -> Real {
+        let share = self.engine.grains().attached[g][SHARE];
+        reading::submerged(share, diameter_of(&self.engine, g) / self.sources.smoothing().0)
     }
 
     /// Mean drag, pressure force, lift and force of the added mass on own grain `g` in the last step \[N].

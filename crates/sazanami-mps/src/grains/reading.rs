@@ -156,7 +156,7 @@ impl GrainPhase {
 /// Part of a sphere that lies below the level at which the smoothing function has the `share` of its integral, for a diameter of
 /// `size` radii of the function. With water up to a plane, the part of the function beyond it at `1 - s` radii from the centre is
 /// `3.5 s^6 - 4.5 s^7 + 1.5 s^8`, the Wendland function integrated over planes; the cap of the sphere follows.
-fn submerged(share: Real, size: Real) -> Real {
+pub(super) fn submerged(share: Real, size: Real) -> Real {
     let (beyond, least) = (share.min(1.0 - share), (1.0 - 0.5 * size).max(0.0));
     let part = |s: Real| s.powi(6) * (3.5 + s * (-4.5 + 1.5 * s));
     if beyond <= part(least) {

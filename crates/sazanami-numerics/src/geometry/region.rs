@@ -205,7 +205,8 @@ impl Region {
         match self {
             Self::Sampled(liquid) => liquid.velocity(point),
             Self::Union(members) => {
-                members.iter().find(|m| m.contains(point)).map_or(Vector::ZERO, |m| m.velocity(point))
+                let nearest = members.iter().min_by(|a, b| a.level(point).total_cmp(&b.level(point)));
+                nearest.map_or(Vector::ZERO, |m| m.velocity(point))
             }
             _ => Vector::ZERO,
         }
@@ -344,7 +345,7 @@ impl<'a> RegionFractions<'a> {
     /// If there are no columns.
     #[must_use]
     pub fn new(region: &'a Region, grid: &Grid, per_axis: u32) -> Self {
-        Self::sampling(region, grid, per_axis, region.has_level_alone())
+        Self::sampling(region, grid, per_axis, region.has_level_alone() || region.is_upright())
     }
 
     /// The same with lines along the normal of the surface in place of vertical columns: a surface that stands upright has no steps, as the
@@ -523,6 +524,11 @@ mod tests {
             let side = Region::HalfSpace { point: Vector::new(x, 0.0, 0.0), normal: Vector::new(-1.0, 0.0, 1e-9) };
             assert!((total(&side, &grid, 4) - (1.0 - x) * 1.8 * 2.2).abs() < 1e-7, "{x}");
         }
+        // Beside it in a union a sheet thinner than a cell is not lost.
+        let side = Region::HalfSpace { point: Vector::new(0.5, 0.0, 0.0), normal: -Vector::X };
+        let sheet = Region::Box { lower: Vector::new(-1.0, -0.9, 0.01), upper: Vector::new(0.0, 0.9, 0.03) };
+        let both = total(&Region::Union(vec![side, sheet]), &grid, 4);
+        assert!((both - 0.5 * 1.8 * 2.2 - 1.8 * 0.02).abs() < 1e-9, "{both}");
     }
 
     #[test]

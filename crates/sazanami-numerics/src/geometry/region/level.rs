@@ -7,14 +7,17 @@ use crate::{Real, Vector};
 const HALVINGS: usize = 30;
 
 impl Region {
-    /// Whether vertical lines through it are not reckoned, or do not tell where its surface lies in a cell.
+    /// Whether vertical lines do not tell where its surface lies in a cell: it stands upright, and passes between them.
+    pub(super) fn is_upright(&self) -> bool {
+        matches!(self, Self::HalfSpace { normal, .. } if normal.z.abs() < normal.x.abs().max(normal.y.abs()))
+    }
+
+    /// Whether vertical lines through it are not reckoned.
     pub(super) fn has_level_alone(&self) -> bool {
         match self {
             Self::Cylinder { .. } | Self::Wavy { .. } | Self::Sampled(_) => true,
             Self::Union(members) => members.iter().any(Self::has_level_alone),
-            // A surface that stands upright passes between vertical lines.
-            Self::HalfSpace { normal, .. } => normal.z.abs() < normal.x.abs().max(normal.y.abs()),
-            Self::Box { .. } | Self::Sphere { .. } | Self::Spheroid { .. } => false,
+            Self::Box { .. } | Self::Sphere { .. } | Self::Spheroid { .. } | Self::HalfSpace { .. } => false,
         }
     }
 
@@ -148,6 +151,8 @@ mod tests {
         let wall = Region::HalfSpace { point: Vector::new(0.537, 0.0, 0.0), normal: Vector::X };
         let share = |fractions: &RegionFractions<'_>| fractions.fraction(15, 3, 4);
         assert!((share(&RegionFractions::along_normals(&wall, &grid, 8)) - 0.37).abs() < 1e-8);
-        assert!((share(&RegionFractions::new(&wall, &grid, 8)) - 0.37).abs() > 1e-3);
+        assert!((share(&RegionFractions::new(&wall, &grid, 8)) - 0.37).abs() < 1e-8);
+        let in_columns = Region::Union(vec![wall]);
+        assert!((share(&RegionFractions::new(&in_columns, &grid, 8)) - 0.37).abs() > 1e-3);
     }
 }

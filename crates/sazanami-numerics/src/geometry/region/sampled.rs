@@ -9,7 +9,7 @@ use crate::{Quaternion, Real, Vector};
 
 /// Samples along a cell's edge by which the surface's value is found.
 const SAMPLES: u32 = 4;
-/// Share from which on a cell counts.
+/// Share from which on a cell counts, and by which it is less than full where it counts as full.
 const LEAST: Real = 1e-6;
 
 /// A body of liquid about its centre of mass.
@@ -86,7 +86,7 @@ fn place_of(cells: [usize; 3], [i, j, k]: [usize; 3]) -> usize {
 }
 
 impl SampledLiquid {
-    /// The liquid in `all` cells; `None` if there is none.
+    /// The liquid in `all` cells; `None` if there is none, or too little for a surface between centres of cells.
     ///
     /// # Panics
     /// If the cells are fewer than their number along the edges.
@@ -94,7 +94,11 @@ impl SampledLiquid {
     pub fn new(all: &SampledCells) -> Option<Self> {
         let whole = all.cells.iter().product::<usize>();
         assert!(all.fraction.len() == whole && all.velocity.len() == whole, "a value for each cell");
-        let share = |n: usize| if all.fraction[n] >= LEAST { all.fraction[n].min(1.0) } else { 0.0 };
+        let share = |n: usize| match all.fraction[n] {
+            fraction if fraction < LEAST => 0.0,
+            fraction if fraction > 1.0 - LEAST => 1.0,
+            fraction => fraction,
+        };
         let centre = |n: usize| Vector::from_array(index_of(all.cells, n).map(|i| i as Real + 0.5)) * all.spacing;
         let filled = || (0..whole).filter(|&n| share(n) > 0.0);
         let sum: Real = filled().map(share).sum();
@@ -130,7 +134,7 @@ impl SampledLiquid {
         };
         body.threshold = body.value_on_surface(sum);
         body.surface = body.points_of_surface();
-        Some(body)
+        (!body.surface.is_empty()).then_some(body)
     }
 
     /// Volume \[m^3].
@@ -249,7 +253,11 @@ impl PlacedLiquid {
 
     pub(super) fn bounds(&self) -> (Vector, Vector) {
         let points = self.body.surface.iter().map(|&point| self.centre + self.orientation * point);
-        points.fold((Vector::INFINITY, Vector::NEG_INFINITY), |(lower, upper), x| (lower.min(x), upper.max(x)))
+        let (lower, upper) =
+            points.fold((Vector::INFINITY, Vector::NEG_INFINITY), |(lower, upper), x| (lower.min(x), upper.max(x)));
+        // The surface may stand out between the lines on which its points are.
+        let margin = 0.1 * self.body.spacing.max_element();
+        (lower - margin, upper + margin)
     }
 
     /// Least and largest value that the spline can have in a box with this centre and these half edges, less that on the surface.
@@ -331,8 +339,8 @@ mod tests {
         assert!(apart / sum < 0.02, "{}", apart / sum);
         let (lower, upper) = region.bounds();
         let half = Vector::new(0.4, 0.5, 0.72);
-        // Smooth ends two to three cells narrow are shorter by a sixth of a cell.
-        assert!((upper - lower - 2.0 * half).abs().max_element() < 0.04, "{lower} {upper}");
+        // Smooth ends two to three cells narrow are shorter by a sixth of a cell; the bounds are a tenth wider.
+        assert!((upper - lower - 2.0 * half - 0.02).abs().max_element() < 0.04, "{lower} {upper}");
         // What was along x1 is along -x3: velocity 2 x1 along x2 is now -2 x3, from the centre.
         let u = region.velocity(Vector::new(0.03, 0.1, 0.31));
         assert!((u - Vector::new(0.0, -0.4, 0.2)).length() < 0.03, "{u}");

@@ -226,10 +226,10 @@ impl GatheredTank {
             let (momentum, drifting) = (all.mass[g] * all.velocity[g], all.mass[g] * drift);
             (0..3).for_each(|d| sums[d] += momentum[d] - drifting[d]);
             sums[3] += all.kinetic_energy(g) - momentum.dot(drift) + 0.5 * drifting.dot(drift);
-            let [void_fraction, wetness] = phase.surroundings(g);
+            let [void_fraction, _] = phase.surroundings(g);
             let wet = match () {
                 () if !is_wet => 0.0,
-                () if void_fraction > 0.0 => wetness,
+                () if void_fraction > 0.0 => phase.submerged(g),
                 () => 1.0,
             };
             let submerged = all.mass[g] - density * volume * wet;

@@ -53,7 +53,6 @@ fn a_box_falls_with_its_drop_to_the_same_bits_and_hands_it_on() {
     start(&load(FALLING, &changes), &taken, On::ranks(1, 1)).expect("the case is sound");
     let drop = Left::in_folder(&taken);
     let volume = std::f64::consts::PI / 6.0 * 2.2 * 2.2 * 1.7 * 1e-9;
-    assert!((drop.column("liquid_volume")[0] / volume - 1.0).abs() < 2e-3, "{:?}", drop.column("liquid_volume"));
     let momentum = drop.column("momentum_liquid_3")[0] + drop.column("momentum_gas_3")[0];
     assert!((momentum / (-0.5 * 998.2 * volume) - 1.0).abs() < 0.02, "{momentum}");
 
