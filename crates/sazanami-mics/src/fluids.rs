@@ -23,17 +23,23 @@ impl Fluids {
         self.gas_density + (self.liquid_density - self.gas_density) * c
     }
 
-    /// Kinematic viscosity of a mixture with liquid fraction `c`, the harmonic mean over its density [m^2/s].
+    /// Dynamic viscosity of a mixture with liquid fraction `c`, the mean by volume, above zero where there is none [Pa s].
+    #[inline]
+    #[must_use]
+    pub(crate) fn viscosity(&self, c: Real) -> Real {
+        let [gas, liquid] = self.viscosities();
+        gas + (liquid - gas) * c.clamp(0.0, 1.0)
+    }
+
+    /// Kinematic viscosity of a mixture with liquid fraction `c` [m^2/s].
     #[inline]
     #[must_use]
     pub(crate) fn kinematic_viscosity(&self, c: Real) -> Real {
-        let [gas, liquid] = self.divisors();
-        let fluidity = (1.0 - c).max(0.0) / gas + c.max(0.0) / liquid;
-        1.0 / (fluidity * self.density(c))
+        self.viscosity(c) / self.density(c)
     }
 
-    /// Viscosities of gas and liquid to divide by, above zero where there is none [Pa s].
-    pub(crate) fn divisors(&self) -> [Real; 2] {
+    /// Viscosities of gas and liquid, above zero where there is none, so that one may divide by them [Pa s].
+    pub(crate) fn viscosities(&self) -> [Real; 2] {
         [self.gas_viscosity, self.liquid_viscosity].map(|mu| mu.max(1e-30))
     }
 

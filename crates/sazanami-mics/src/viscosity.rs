@@ -6,7 +6,7 @@
 //! (rho / dt) w_i - div(mu grad w_i) = div(mu (grad u + grad u^T))_i
 //! ```
 //!
-//! with the harmonic mean of the viscosities of the two cells at a face. It is solved by Chebyshev
+//! with a viscosity of the faces that resists between the centres as the fluids between them do ([`stress`]). It is solved by Chebyshev
 //! steps on Jacobi's iteration, whose number follows from the bound of the spectrum beforehand: no
 //! scalar products, hence the same bits on any number of ranks. A last step evaluates the stress of
 //! `u + w` on the faces, so that momentum changes at walls only, however well w has converged.
@@ -38,13 +38,21 @@ pub use crate::schemes::ViscosityScheme;
 const MAX_ITERATIONS: usize = 4000;
 /// Bound of the face viscosity over the density of a cell [m^2/s].
 ///
-/// A face has at most the harmonic mean of its cell's viscosity and the larger of the two; over the
-/// density this is largest in one of the pure fluids.
-fn largest_diffusivity(fluids: &Fluids) -> Real {
-    let largest = fluids.gas_viscosity.max(fluids.liquid_viscosity);
-    let on_face = |mu: Real| if mu > 0.0 { 2.0 * mu * largest / (mu + largest) } else { 0.0 };
-    let gas = on_face(fluids.gas_viscosity) / fluids.gas_density;
-    gas.max(on_face(fluids.liquid_viscosity) / fluids.liquid_density)
+/// A face has at most the harmonic mean `2 mu M/(mu + M)` of its cell's viscosity and the larger of the two, `M`. Over the density of the
+/// cell, with viscosity and density linear in the liquid fraction, this is largest in one of the pure fluids or where `mu^2 = M (s rho_g - mu_g)`, with
+/// `s` the slope of the viscosity over that of the density. Of mixtures with liquid fractions from `low` to `high`.
+fn largest_diffusivity(fluids: &Fluids, [low, high]: [Real; 2]) -> Real {
+    let [gas, liquid] = fluids.viscosities();
+    let largest = fluids.viscosity(low).max(fluids.viscosity(high));
+    let at = |c: Real| {
+        let mu = fluids.viscosity(c);
+        2.0 * mu * largest / ((mu + largest) * fluids.density(c))
+    };
+    let [light, slope] = fluids.density_line();
+    let square = largest * ((liquid - gas) / slope * light - gas);
+    // Not a number for equal densities or viscosities, whose largest value is at an end.
+    let between = (square.max(0.0).sqrt() - gas) / (liquid - gas);
+    [low, high].into_iter().chain((between > low && between < high).then_some(between)).map(at).fold(0.0, Real::max)
 }
 
 /// Sum of the reciprocals of the squared cell widths [1/m^2].
@@ -55,7 +63,7 @@ fn inverse_squares(spacing: Vector) -> Real {
 /// Reciprocal of the longest stable step of explicit viscosity on cells of this `spacing` \[m] [1/s].
 #[must_use]
 pub fn explicit_rate(fluids: &Fluids, spacing: Vector) -> Real {
-    largest_diffusivity(fluids) * 2.0 * inverse_squares(spacing)
+    largest_diffusivity(fluids, ANY) * 2.0 * inverse_squares(spacing)
 }
 
 /// Stiffness up to which [`ViscosityScheme::Auto`] is explicit. The fastest mode of the grid decays by the rate of twice
@@ -63,15 +71,28 @@ pub fn explicit_rate(fluids: &Fluids, spacing: Vector) -> Real {
 /// explicit one is stable to `s = 1`.
 const SOFT: Real = 0.1;
 
-/// Twice the largest viscosity times the step over the squared cell widths.
-fn stiffness(domain: &Domain, fluids: &Fluids, dt: Real) -> Real {
+/// Liquid fractions of any mixture.
+const ANY: [Real; 2] = [0.0, 1.0];
+
+/// Smallest and largest liquid fraction, one ghost layer included.
+fn fractions(domain: &Domain, fraction: &Field<Real>) -> [Real; 2] {
+    let (c, range) = (fraction.data(), domain.interior_and(1));
+    let [low, high] = [-1.0, 1.0].map(|sign| {
+        let of_row =
+            |row: sazanami_numerics::domain::Row| c[row.shifted(0)].iter().map(|c| sign * c).fold(Real::MIN, Real::max);
+        domain.max(domain.max_rows(&range, of_row)).clamp(-1.0, 1.0)
+    });
+    [-low, high]
+}
+
+/// Twice the largest viscosity of the mixtures with these `fractions` times the step over the squared cell widths.
+fn stiffness(domain: &Domain, fluids: &Fluids, fractions: [Real; 2], dt: Real) -> Real {
     // One percent in reserve for fractions slightly out of range.
-    2.02 * largest_diffusivity(fluids) * dt * inverse_squares(domain.grid().spacing)
+    2.02 * largest_diffusivity(fluids, fractions) * dt * inverse_squares(domain.grid().spacing)
 }
 
 /// Number of Chebyshev steps and the spectral bound of Jacobi's iteration they rest on.
-fn plan(domain: &Domain, fluids: &Fluids, tolerance: Real, dt: Real) -> (usize, Real) {
-    let stiffness = stiffness(domain, fluids, dt);
+fn plan(stiffness: Real, tolerance: Real) -> (usize, Real) {
     let radius = stiffness / (1.0 + stiffness);
     let rate = radius / (1.0 + (1.0 - radius * radius).sqrt());
     let bound = 4.0 * stiffness * (2.0 * stiffness).min(2.0);
@@ -127,7 +148,8 @@ impl Flow {
             ViscosityScheme::Off => return Ok(DiffusionReport::default()),
         };
         let is_explicit = !self.diffuses_implicitly(domain, whole);
-        let (steps, radius) = plan(domain, &self.fluids, self.viscous_tolerance, dt);
+        let present = fractions(domain, &self.volume_fraction);
+        let (steps, radius) = plan(stiffness(domain, &self.fluids, present, dt), self.viscous_tolerance);
         if steps > MAX_ITERATIONS && !is_explicit {
             return Err(ViscosityError::TooStiff { iterations: steps, dt });
         }
@@ -160,7 +182,7 @@ impl Flow {
     /// Whether the stress in the viscous step over `dt` \[s] is implicit.
     pub(crate) fn diffuses_implicitly(&self, domain: &Domain, dt: Real) -> bool {
         match self.schemes.viscosity {
-            ViscosityScheme::Auto => stiffness(domain, &self.fluids, dt) > SOFT,
+            ViscosityScheme::Auto => stiffness(domain, &self.fluids, ANY, dt) > SOFT,
             ViscosityScheme::Implicit | ViscosityScheme::CrankNicolson => true,
             ViscosityScheme::Explicit | ViscosityScheme::Off => false,
         }
@@ -294,18 +316,17 @@ struct Friction<'a> {
     /// Velocity of the surface [m/s].
     surface: [&'a [Real]; 3],
     rows: &'a RowSet,
-    /// Reciprocal viscosities of gas and liquid over the part of the step that the equation is solved for.
-    fluidity: [Real; 2],
     fluids: Fluids,
     dt: Real,
+    /// Length of the step over the part of it that the equation is solved for.
+    parts: Real,
 }
 
 impl<'a> Friction<'a> {
     /// Friction that acts over `whole` \[s] in an equation over `dt` \[s].
     fn new(surface: &'a Surface, fluids: &Fluids, dt: Real, whole: Real) -> Self {
         let (friction, surface, rows) = surface.parts();
-        let fluidity = fluids.divisors().map(|mu| dt / (whole * mu));
-        Self { friction, surface, rows, fluidity, fluids: *fluids, dt }
+        Self { friction, surface, rows, fluids: *fluids, dt, parts: whole / dt }
     }
 
     fn is_in_row(&self, j: isize, k: isize) -> bool {
@@ -319,8 +340,7 @@ impl<'a> Friction<'a> {
         if friction == 0.0 {
             return 0.0;
         }
-        let mu = 1.0 / (self.fluidity[0] * (1.0 - c).max(0.0) + self.fluidity[1] * c.max(0.0));
-        resistance(friction, mu, self.fluids.density(c), self.dt)
+        resistance(friction, self.parts * self.fluids.viscosity(c), self.fluids.density(c), self.dt)
     }
 }
 

@@ -96,6 +96,7 @@ pub const CASES: &[Case] = &[
     case!("block-on-floor"),
     case!("taylor-green", with "taylor-green"),
     case!("channels", with "channels"),
+    case!("film-on-slope", with "film-on-slope"),
     case!("lid-driven-cavity", with "lid-driven-cavity"),
     case!("slip-box-vortex", with "slip-box-vortex"),
     case!("carried-sphere", transport::carried_sphere),

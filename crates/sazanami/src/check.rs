@@ -100,7 +100,10 @@ pub fn check(case: &Case, known: Known, machine: &Machine, threads: usize, model
             known.grains.unwrap_or(0) as Real * memory::memory_per_grain(case, population, model)
         })
         .sum();
-    let size = Size { cells: case.domain.cell_count(), grains, spheres: contact_spheres };
+    let cells = case.domain.cell_count();
+    let room = if case.grains.iter().any(|population| population.moves()) { liquid_volume(case) } else { 0.0 };
+    let liquid_cells = (room / case.domain.spacing().element_product()).min(cells as Real);
+    let size = Size { cells, liquid_cells, grains, spheres: contact_spheres };
     let packing = cost::packing_substeps(case, &populations, model);
     let substep_cause = substep_cause(case, &populations);
     let pictures = pictures::time(case, &populations, [pace.steps, pace.mean], model);
@@ -155,6 +158,8 @@ pub fn check(case: &Case, known: Known, machine: &Machine, threads: usize, model
 
 struct Size {
     cells: usize,
+    /// Cells of liquid beside grains that move.
+    liquid_cells: Real,
     grains: usize,
     spheres: usize,
 }
@@ -162,6 +167,13 @@ struct Size {
 /// Simulated time that packing the bed of a case takes \[s]; `None` if it packs none.
 pub(crate) fn packing_time_of(case: &Case, shapes: &[ShapeFacts]) -> Option<Real> {
     packing_time(case, &population_reports(case, shapes), &CostModel::default())
+}
+
+/// Volume of all liquids of the case, as far as it is known before the bed is packed [m^3].
+fn liquid_volume(case: &Case) -> Real {
+    let taken = overlapping::taken(case);
+    let liquids = case.liquids.iter().zip(taken).filter(|(liquid, _)| liquid.fluid == FluidName::Liquid);
+    liquids.filter_map(|(liquid, taken)| Some(volumes::volume_within(case, liquid)? * (1.0 - taken))).sum()
 }
 
 fn liquid_reports(case: &Case) -> Vec<LiquidReport> {

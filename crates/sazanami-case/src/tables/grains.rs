@@ -123,6 +123,15 @@ impl Population {
         }
     }
 
+    /// Whether any of its grains moves, by forces or as prescribed.
+    #[must_use]
+    pub fn moves(&self) -> bool {
+        match &self.placement {
+            GrainPlacement::List(list) => list.iter().any(|grain| grain.motion != Motion::Fixed),
+            _ => self.motion != Motion::Fixed,
+        }
+    }
+
     /// Whether its grains are spheres of one contact sphere, between which films and bridges can be.
     #[must_use]
     pub fn is_of_balls(&self) -> bool {

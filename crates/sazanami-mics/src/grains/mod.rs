@@ -360,7 +360,7 @@ impl GrainPhase {
         if self.engine.interactions().film().is_none() {
             return;
         }
-        let [gas, liquid] = flow.fluids.divisors();
+        let [gas, liquid] = flow.fluids.viscosities();
         let (alpha, c) = (self.imprint.solid_fraction.data(), flow.volume_fraction.data());
         let imprint = &self.imprint;
         self.partial.resize(self.engine.grains().len(), [0.0; 7]);

@@ -21,6 +21,7 @@
 //! be energy from nowhere, the more the less room there is, for the grains to take when the cell comes to rest. A rest that no round places
 //! has no momentum while it waits; the grains have it.
 
+mod among_full;
 mod settle;
 
 use sazanami_numerics::domain::{Domain, GhostRules};

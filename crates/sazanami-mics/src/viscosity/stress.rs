@@ -1,4 +1,18 @@
 //! Viscous stress on the faces, and its divergence in the cells.
+//!
+//! # Viscosity of a face
+//!
+//! Between the centres of two cells lies the resistance of the fluids between them. The velocity of a mixed cell is that of its
+//! liquid, which has the mass; so the half of the cell towards more liquid resists as its mean by volume does, `1/(2 mu(c))`, and what its gas
+//! resists lies on the other side. With `C` the larger fraction of the two cells, `c` the smaller,
+//!
+//! ```text
+//! 1/mu_face = 1/(2 mu(C)) + 1/(2 mu(c)) + (C - c)/C (C/mu_l + (1 - C)/mu_g - 1/mu(C))
+//! ```
+//!
+//! Along an interface, `C = c`, that is the mean by volume; across it the whole resistance of the mixed cell, as the harmonic mean has it, and the
+//! harmonic mean itself where the interface is on a face. With the harmonic mean within cells as well, liquid that does not fill
+//! its cell would be held by the viscosity of gas, and a film would run away with it.
 
 use std::cell::RefCell;
 use std::ops::Range;
@@ -31,8 +45,10 @@ pub(super) struct Stress {
     strides: [isize; 3],
     /// Reciprocals of the cell widths [1/m].
     per_width: [Real; 3],
-    /// Reciprocal viscosities of gas and liquid [1/(Pa s)].
-    fluidity: [Real; 2],
+    /// Viscosity of the gas, and of the liquid less that of the gas [Pa s].
+    line: [Real; 2],
+    /// Square of the difference of the viscosities over their product, twice.
+    contrast: Real,
 }
 
 /// Viscosity on a row of faces, and the stress on them per component.
@@ -82,8 +98,10 @@ pub(super) struct DivergenceRow<'a> {
 
 impl Stress {
     pub fn new(domain: &Domain, fluids: &Fluids) -> Self {
-        let fluidity = fluids.divisors().map(|mu| 1.0 / mu);
-        Self { strides: domain.strides(), per_width: domain.grid().spacing.recip().to_array(), fluidity }
+        let [gas, liquid] = fluids.viscosities();
+        let line = [gas, liquid - gas];
+        let contrast = 2.0 * (line[1] / gas) * (line[1] / liquid);
+        Self { strides: domain.strides(), per_width: domain.grid().spacing.recip().to_array(), line, contrast }
     }
 
     /// Stress on the lower faces normal to `d` of the cells at places `cells`: `mu du_i/dx_d`, and
@@ -95,10 +113,14 @@ impl Stress {
         let (c_l, c_r) = (&c[behind..behind + n], &c[at..at + n]);
         let FaceRow { mu, stress } = row;
         let mu = &mut mu[..n];
-        let [gas, liquid] = self.fluidity;
+        let [gas, slope] = self.line;
         for i in 0..n {
-            let c = 0.5 * (c_l[i] + c_r[i]);
-            mu[i] = 1.0 / (gas * (1.0 - c).max(0.0) + liquid * c);
+            let (l, r) = (c_l[i].clamp(0.0, 1.0), c_r[i].clamp(0.0, 1.0));
+            let (low, high) = (l.min(r), l.max(r));
+            let (thin, thick) = (gas + slope * low, gas + slope * high);
+            // The formula above times 2 mu(C) mu(c).
+            let across = self.contrast * (high - low) * (1.0 - high) * thin;
+            mu[i] = 2.0 * thin * thick / (thin + thick + across);
         }
         let across = self.per_width[d];
         for (i, stress) in stress.iter_mut().enumerate() {

@@ -57,10 +57,12 @@ pub(super) fn predict(
         }
         return parts;
     }
-    parts.push(("fluid", work.steps * work.passes as Real * size.cells as Real * model.fluid / speed));
+    let cell = model.fluid + if case.fluid.surface_tension.is_some() { model.tension } else { 0.0 };
+    parts.push(("fluid", work.steps * work.passes as Real * (model.pass + size.cells as Real * cell / speed)));
     if size.grains > 0 {
         parts.push(("grains", work.steps * work.substeps as Real * substep));
-        parts.push(("coupling", work.steps * size.grains as Real * model.coupling / speed));
+        let coupling = size.grains as Real * model.coupling + size.liquid_cells * model.room;
+        parts.push(("coupling", work.steps * coupling / speed));
     }
     parts
 }

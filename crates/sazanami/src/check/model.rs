@@ -10,10 +10,16 @@ use super::pictures::PictureCost;
 /// good to a factor of two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CostModel {
-    /// Fluid pass, pressure included [s per cell].
+    /// Fluid pass, pressure included [s per cell], plus
     pub fluid: Real,
-    /// Volume fractions and loads [s per grain and fluid step].
+    /// [s per cell] with surface tension, plus
+    pub tension: Real,
+    /// [s], however few the cells.
+    pub pass: Real,
+    /// Volume fractions and loads [s per grain and fluid step], plus
     pub coupling: Real,
+    /// the room of the liquid beside grains that move [s per cell of liquid and fluid step].
+    pub room: Real,
     /// Sub-step of the grains [s per grain], plus
     pub substep_grain: Real,
     /// [s per contact sphere]: little, as the contacts cost, of which grains of few and of many spheres have as many.
@@ -50,7 +56,10 @@ impl Default for CostModel {
     fn default() -> Self {
         Self {
             fluid: 2.2e-7,
+            tension: 4e-7,
+            pass: 2e-4,
             coupling: 9e-6,
+            room: 4e-7,
             substep_grain: 1.95e-7,
             substep_sphere: 2e-10,
             parallel_share: 0.85,

@@ -8,6 +8,9 @@
 //! so that differences of opposite sign meet, or reach a surface. What is left after the last round a full cell keeps as such a
 //! difference if it is small: a lack of more is gas that has come in, and what is more than full, like the rest of a cell without room,
 //! waits where it is and is tried again in the next step. The equations of whole cells cannot bear a room far from the open part.
+//!
+//! The difference goes through all liquid: full cells without grains that stand among full ones, most of it, take part in these
+//! rounds row by row (`among_full.rs`), the others one by one.
 
 use std::ops::Range;
 
@@ -16,6 +19,7 @@ use sazanami_numerics::grid::{Field, GHOSTS};
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{Rows, for_each_chunk};
 
+use super::among_full::{AmongFull, NOTHING, PART, box_ends, goes};
 use super::{FULL, LIGHT, Room, beside_grains, split, usable};
 use crate::boundary::Boundary;
 use crate::flow::Flow;
@@ -24,10 +28,6 @@ use crate::grains::Imprint;
 
 /// Most rounds in which liquid is handed on after a transport, and after the grains have moved.
 const ROUNDS: [usize; 2] = [24, 12];
-/// An excess up to this stays where it is, in cell volumes: traces would spread through the gas of the whole box.
-const SETTLED: Real = 1e-12;
-/// Part of its difference that a full cell hands on in a round.
-const PART: Real = 2.0 / 3.0;
 /// Part of what the neighbours of a cell have no room for, per room of a neighbour, that is handed over all the same: so it spreads to
 /// where there is room.
 const SPREADING: Real = 1e-3;
@@ -83,7 +83,54 @@ struct Plane {
     hot: Vec<u32>,
     /// Cells of the interior that hand something on or are beside such.
     near: Vec<u32>,
+    /// A bit for each place of the plane.
+    marks: Vec<u64>,
     changes: Vec<Change>,
+}
+
+impl Plane {
+    /// Lists the cells of the plane of `columns` from place `first` on that are marked, of the interior and not `passed`, and takes the
+    /// marks away.
+    fn list_marked(&mut self, first: usize, columns: &Columns, passed: impl Fn(usize) -> bool) {
+        self.near.clear();
+        for (number, word) in self.marks.iter_mut().enumerate() {
+            let mut bits = std::mem::take(word);
+            while bits != 0 {
+                let place = 64 * number + bits.trailing_zeros() as usize;
+                if columns.inside(place) && !passed(first + place) {
+                    self.near.push((first + place) as u32);
+                }
+                bits &= bits - 1;
+            }
+        }
+    }
+}
+
+/// Local indices of the columns of cells, by place in a plane.
+struct Columns {
+    indices: Vec<[i32; 2]>,
+    size: [i32; 2],
+}
+
+impl Columns {
+    fn new(domain: &Domain) -> Self {
+        let [width, plane] = [1, 2].map(|d| domain.strides()[d] as usize);
+        let index = |n: usize| n as i32 - GHOSTS as i32;
+        let [n1, n2, _] = domain.cells().map(|n| n as i32);
+        Self { indices: (0..plane).map(|at| [index(at % width), index(at / width)]).collect(), size: [n1, n2] }
+    }
+
+    /// Whether the column belongs to the interior.
+    fn inside(&self, place: usize) -> bool {
+        let [i, j] = self.indices[place];
+        (0..self.size[0]).contains(&i) && (0..self.size[1]).contains(&j)
+    }
+
+    /// Local indices of the cell in plane `k`.
+    fn cell(&self, place: usize, k: usize) -> [isize; 3] {
+        let [i, j] = self.indices[place];
+        [i as isize, j as isize, k as isize]
+    }
 }
 
 /// Storage of the rounds.
@@ -92,23 +139,27 @@ pub(super) struct Settler {
     planes: Vec<Plane>,
     /// What the round before has left in each plane.
     before: Vec<Vec<u32>>,
-    /// Of a cell that hands something on: what its neighbours cannot take of it in cell volumes, if positive, and the sum of their
-    /// weights; one ghost layer filled.
+    columns: Columns,
+    /// What each row of the interior hands on in a round, in cell volumes.
+    handed: Vec<Real>,
+    /// Of a cell that hands something on: what its neighbours cannot take of it in cell volumes, if positive, and what it hands to a
+    /// neighbour per weight of this one; one ghost layer filled.
     beyond: Field<Real>,
-    weights: Field<Real>,
+    rates: Field<Real>,
+    among: AmongFull,
 }
 
 impl Settler {
     /// Finds the cells that hand something on, those of one ghost layer included if there `has_ghosts`: all over the box in the `first`
-    /// round, then among those that the round before could change.
-    fn find_hot(&mut self, domain: &Domain, excess: &Field<Real>, first: bool, has_ghosts: bool) {
+    /// round, then among those that the round before could change. After grains have `moved` full cells among full ones are left out.
+    fn find_hot(&mut self, domain: &Domain, excess: &Field<Real>, [first, has_ghosts, moved]: [bool; 3]) {
         let [n1, n2, n3] = domain.cells().map(|n| n as isize);
-        let x = excess.data();
+        let (x, among) = (excess.data(), &self.among);
         for_each_chunk(&mut self.planes[..], 1, |number, planes| {
             let (Plane { hot, near, .. }, k) = (&mut planes[0], number as isize - 1);
             hot.clear();
             let inner = (0..n3).contains(&k);
-            let is_hot = |at: &u32| goes(x[*at as usize]);
+            let is_hot = |at: &u32| goes(x[*at as usize]) && !(moved && among.holds(*at as usize));
             if inner && !first {
                 hot.extend(near.iter().copied().filter(is_hot));
             }
@@ -131,12 +182,17 @@ impl Settler {
     pub fn new(domain: &Domain) -> Self {
         let count = domain.cells()[2] + 2;
         let reserved = || Vec::with_capacity(256);
-        let plane = || Plane { hot: reserved(), near: reserved(), changes: Vec::with_capacity(256) };
+        let words = (domain.strides()[2] as usize).div_ceil(64);
+        let plane =
+            || Plane { hot: reserved(), near: reserved(), marks: vec![0; words], changes: Vec::with_capacity(256) };
         Self {
             planes: (0..count).map(|_| plane()).collect(),
             before: (0..count).map(|_| reserved()).collect(),
+            columns: Columns::new(domain),
+            handed: vec![0.0; domain.cells()[1] * domain.cells()[2]],
             beyond: domain.field(0.0),
-            weights: domain.field(0.0),
+            rates: domain.field(0.0),
+            among: AmongFull::new(domain),
         }
     }
 }
@@ -153,12 +209,6 @@ fn waiting(fraction: Real, excess: Real, open: Real) -> [Real; 2] {
     if fraction == FULL { split(open + excess, open, FULL) } else { [fraction, excess] }
 }
 
-/// Whether a cell with this excess hands it on.
-#[inline]
-fn goes(excess: Real) -> bool {
-    excess.abs() > SETTLED
-}
-
 /// Fields of a round, by place in memory.
 #[derive(Clone, Copy)]
 struct Cells<'a> {
@@ -167,7 +217,7 @@ struct Cells<'a> {
     fraction: &'a [Real],
     excess: &'a [Real],
     beyond: &'a [Real],
-    weights: &'a [Real],
+    rates: &'a [Real],
     velocity: [&'a [Real]; 3],
     /// Sum of the solid fractions times the velocities of the grains [m/s].
     solid: [&'a [Real]; 3],
@@ -233,20 +283,19 @@ impl Cells<'_> {
     fn change(&self, cell: [isize; 3], at: usize) -> Option<Change> {
         let drho = self.fluids.liquid_density - self.fluids.gas_density;
         let (own, u) = (self.excess[at], self.velocity(at));
-        let goes = goes(own) && self.weights[at] > 0.0;
+        let goes = goes(own) && self.rates[at] != 0.0;
         let part_of = if goes { self.part(at) } else { 0.0 };
         let (mut entered, mut carried, mut impulse, mut touched) = (0.0, 0.0, Vector::ZERO, goes);
         for (beside, d, above) in self.neighbours(cell, at) {
-            let theirs = self.excess[beside];
-            if self::goes(theirs) && self.weights[beside] > 0.0 {
-                let part = self.part(beside) * theirs * self.weight(beside, at, d, !above) / self.weights[beside];
+            if self::goes(self.excess[beside]) && self.rates[beside] != 0.0 {
+                let part = self.rates[beside] * self.weight(beside, at, d, !above);
                 touched |= part != 0.0;
                 entered += part;
                 carried += drho * part.max(0.0);
                 impulse += drho * part.max(0.0) * (self.velocity(beside) - u);
             }
             if goes && own < 0.0 {
-                let part = -part_of * own * self.weight(at, beside, d, above) / self.weights[at];
+                let part = -self.rates[at] * self.weight(at, beside, d, above);
                 carried += drho * part;
                 impulse += drho * part * (self.velocity(beside) - u);
             }
@@ -274,11 +323,6 @@ impl Cells<'_> {
         let given = if is_covered || is_light { impulse - mass * gained } else { Vector::ZERO };
         Some(Change { at, fraction, excess, velocity: u + gained, given })
     }
-}
-
-/// Whether the box ends at each side of the rank, so that there is no neighbour.
-fn box_ends(domain: &Domain) -> [[bool; 2]; 3] {
-    [0, 1, 2].map(|d| [0, 1].map(|side| domain.at_box_end(d, side) && !domain.periodic()[d]))
 }
 
 impl Room {
@@ -310,8 +354,19 @@ impl Room {
                     ],
                 );
             }
-            self.settler.find_hot(domain, &self.excess, report.rounds == 0, has_ghosts);
-            let hot = self.settler.planes.iter().any(|plane| !plane.hot.is_empty());
+            let (first, moved) = (report.rounds == 0, dt.is_none());
+            let Settler { among, rates, handed, .. } = &mut self.settler;
+            if moved && first {
+                among.find(domain, imprint, &flow.volume_fraction, &self.open);
+            }
+            if moved {
+                among.hand_on(domain, &self.excess, rates, handed);
+            } else {
+                handed.fill(0.0);
+            }
+            let among_full = handed.iter().any(|handed| *handed > 0.0);
+            self.settler.find_hot(domain, &self.excess, [first, has_ghosts, moved]);
+            let hot = among_full || self.settler.planes.iter().any(|plane| !plane.hot.is_empty());
             if domain.max(Real::from(u8::from(hot))) == 0.0 {
                 break;
             }
@@ -343,8 +398,11 @@ impl Room {
         dt: Option<Real>,
         has_ghosts: bool,
     ) -> Real {
+        let moved = dt.is_none();
         let Self { open, excess, settler, .. } = self;
-        let Settler { planes, before, beyond, weights } = settler;
+        let Settler { planes, before, columns, beyond, rates, handed, among } = settler;
+        let among = &*among;
+        let columns = &*columns;
         let [_, width, plane] = domain.strides().map(|stride| stride as usize);
         let [n1, n2, n3] = domain.cells();
         let interior = GHOSTS * plane..(GHOSTS + n3) * plane;
@@ -354,7 +412,7 @@ impl Room {
             fraction: flow.volume_fraction.data(),
             excess: excess.data(),
             beyond: &[],
-            weights: &[],
+            rates: &[],
             velocity: flow.velocity.each_ref().map(Field::data),
             solid: imprint.solid_velocity.each_ref().map(Field::data),
             faces: flow.face_velocity.each_ref().map(Field::data),
@@ -363,66 +421,70 @@ impl Room {
             size: [n1, n2, n3].map(|n| n as isize),
             ends: box_ends(domain),
             fluids: flow.fluids,
-            moved: dt.is_none(),
+            moved,
         };
-        let cell = |at: usize| {
-            let [i, j, k] = [at % width, at % plane / width, at / plane];
-            [i, j, k].map(|n| n as isize - GHOSTS as isize)
+        // The cells of the interior in plane `k` that hand something on: place in memory, and in the plane.
+        let hot = |k: usize| {
+            let first = (GHOSTS + k) * plane;
+            planes[k + 1]
+                .hot
+                .iter()
+                .map(move |&at| (at as usize, at as usize - first))
+                .filter(|&(_, place)| columns.inside(place))
         };
-        let inside = |at: usize| {
-            let [i, j, _] = cell(at);
-            (0..n1 as isize).contains(&i) && (0..n2 as isize).contains(&j)
-        };
-        let hot = |k: usize| planes[k + 1].hot.iter().map(|&at| at as usize);
         let of_beyond = Rows { data: &mut beyond.data_mut()[interior.clone()], width: plane };
         for_each_chunk(of_beyond, 1, |k, beyond| {
-            for at in hot(k).filter(|&at| inside(at)) {
-                beyond.data[at - (GHOSTS + k) * plane] = cells.beyond(cell(at), at);
+            for (at, place) in hot(k) {
+                beyond.data[place] = cells.beyond(columns.cell(place, k), at);
             }
         });
         let with_beyond = Cells { beyond: beyond.data(), ..cells };
-        let of_weights = Rows { data: &mut weights.data_mut()[interior.clone()], width: plane };
-        for_each_chunk(of_weights, 1, |k, weights| {
-            for at in hot(k).filter(|&at| inside(at)) {
+        let of_rates = Rows { data: &mut rates.data_mut()[interior.clone()], width: plane };
+        let of_handed = Rows { data: &mut handed[..], width: n2 };
+        for_each_chunk((of_rates, of_handed), 1, |k, (rates, handed)| {
+            for (at, place) in hot(k) {
+                let cell = columns.cell(place, k);
                 let weight = |(to, d, above)| with_beyond.weight(at, to, d, above);
-                weights.data[at - (GHOSTS + k) * plane] = cells.neighbours(cell(at), at).map(weight).sum();
+                let sum: Real = cells.neighbours(cell, at).map(weight).sum();
+                let part = if sum > 0.0 { with_beyond.part(at) * cells.excess[at] } else { 0.0 };
+                rates.data[place] = if part != 0.0 { part / sum } else { 0.0 };
+                handed.data[cell[1] as usize] += part.abs();
             }
         });
-        let moved = (0..n3).map(|k| {
-            let goes = |&at: &usize| inside(at) && weights.data()[at] > 0.0;
-            hot(k).filter(goes).map(|at| cells.excess[at].abs()).sum::<Real>()
-        });
-        let moved = domain.sum([moved.sum()])[0] * domain.grid().cell_volume();
+        let moved_volume = domain.sum([handed.iter().sum()])[0] * domain.grid().cell_volume();
         if has_ghosts {
-            domain.fill_halos_to(1, &mut [(&mut *beyond, &GhostRules::EVEN), (&mut *weights, &GhostRules::EVEN)]);
+            domain.fill_halos_to(1, &mut [(&mut *beyond, &NOTHING), (&mut *rates, &NOTHING)]);
         }
-        let cells = Cells { beyond: beyond.data(), weights: weights.data(), ..cells };
+        let cells = Cells { beyond: beyond.data(), rates: rates.data(), ..cells };
         // The lists of this round become those that the next one starts from.
         for (plane, before) in planes.iter_mut().zip(&mut *before) {
             std::mem::swap(&mut plane.hot, before);
         }
         let hot = &*before;
         for_each_chunk(&mut planes[1..=n3], 1, |k, planes| {
-            let Plane { near, changes, .. } = &mut planes[0];
-            near.clear();
-            for &at in &hot[k + 1] {
-                let at = at as usize;
-                near.extend(
-                    [at, at - 1, at + 1, at - width, at + width]
-                        .into_iter()
-                        .filter(|&at| inside(at))
-                        .map(|at| at as u32),
-                );
+            let first = (GHOSTS + k) * plane;
+            let own = &mut planes[0];
+            let mut mark = |place: usize| own.marks[place / 64] |= 1 << (place % 64);
+            for place in hot[k + 1].iter().map(|&at| at as usize - first) {
+                [place, place - 1, place + 1, place - width, place + width].into_iter().for_each(&mut mark);
             }
-            near.extend(hot[k].iter().map(|&at| at as usize + plane).filter(|&at| inside(at)).map(|at| at as u32));
-            near.extend(hot[k + 2].iter().map(|&at| at as usize - plane).filter(|&at| inside(at)).map(|at| at as u32));
-            near.sort_unstable();
-            near.dedup();
+            hot[k].iter().map(|&at| at as usize + plane - first).for_each(&mut mark);
+            hot[k + 2].iter().map(|&at| at as usize - plane - first).for_each(&mut mark);
+            if moved {
+                among.edges(k).filter(|&at| among.is_beside_some(at, cells.rates)).for_each(|at| mark(at - first));
+            }
+            own.list_marked(first, columns, |at| moved && among.holds(at));
+            let Plane { near, changes, .. } = own;
             changes.clear();
-            changes.extend(near.iter().filter_map(|&at| cells.change(cell(at as usize), at as usize)));
+            let change = |&at: &u32| cells.change(columns.cell(at as usize - first, k), at as usize);
+            changes.extend(near.iter().filter_map(change));
         });
+        if moved {
+            let Settler { among, rates, handed, .. } = &mut self.settler;
+            among.take(domain, [&self.open, rates], &mut self.excess, handed, flow);
+        }
         self.take_changes(flow, interior, plane);
-        moved
+        moved_volume
     }
 
     /// Puts the changes of a round into the fields; the planes of the `interior` have `plane` cells each.
@@ -541,7 +603,7 @@ mod tests {
                 fraction: &zero,
                 excess: &excess,
                 beyond: &zero,
-                weights: &zero,
+                rates: &zero,
                 velocity: [&[0.0, 2.0], &zero, &zero],
                 solid: [&zero; 3],
                 faces: [&zero; 3],
@@ -552,8 +614,8 @@ mod tests {
                 fluids,
                 moved: false,
             };
-            let weights = [0.0, cells.weight(1, 0, 0, false)];
-            let change = Cells { weights: &weights, ..cells }.change([0; 3], 0).expect("liquid enters");
+            let rates = [0.0, entering / cells.weight(1, 0, 0, false)];
+            let change = Cells { rates: &rates, ..cells }.change([0; 3], 0).expect("liquid enters");
             let impulse = 999.0 * entering * 2.0;
             let mass = 1.0 + 999.0 * change.excess;
             assert!((mass - weighs).abs() < 1e-12 && change.velocity.x.abs() < 2.5 * impulse, "{weighs}: {mass}");

@@ -57,7 +57,7 @@ const AT_POINT: &[Cell<AtPoint>] = quantities! {
 };
 
 const THROUGH_PLANE: &[Cell<ThroughPlane>] = quantities! {
-    "volume_flux", "m^3/s", "volume flux of liquid and gas" => |at| at.volume_flux.into();
+    "volume_flux", "m^3/s", "volume flux of all that goes through: liquid, gas and grains" => |at| at.volume_flux.into();
     "liquid_flux", "m^3/s", "volume flux of the liquid" => |at| at.liquid_flux.into();
     "mean_pressure", "Pa", "mean pressure on the plane" => |at| at.mean_pressure.into();
 };
