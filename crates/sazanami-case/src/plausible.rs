@@ -5,7 +5,7 @@ use sazanami_numerics::Real;
 use crate::case::Case;
 use crate::presets::Solver;
 use crate::read::Context;
-use crate::tables::{BoundarySide, FilmRoughness, Population, Rolling, SIDE_NAMES};
+use crate::tables::{BoundarySide, Coupling, DemOptions, FilmRoughness, Population, Rolling, SIDE_NAMES};
 use crate::units::rounded;
 
 /// Nothing is refused.
@@ -167,15 +167,17 @@ fn check_idle(case: &Case, cx: &mut Context<'_>) {
     }
     let (dry, bare) = (!case.has_liquid(), case.grains.is_empty());
     let net = case.mean_flow().is_some_and(|flow| flow.net);
+    // Defaults, which the case in a run's folder has too, pass.
+    let (dem, usual) = (&case.dem, DemOptions::default());
     let idle = [
         ("fluid.surface_tension", dry, "there is no liquid"),
         ("fluid.contact_angle", dry, "there is no liquid"),
         ("fluid.receding_angle", dry, "there is no liquid"),
         ("drive.mean_velocity", dry && !net, "there is no liquid whose velocity could be held"),
-        ("dem.film_roughness", bare, "there are no grains"),
+        ("dem.film_roughness", bare && dem.film_roughness != usual.film_roughness, "there are no grains"),
         ("dem.bridges", bare, "there are no grains"),
-        ("dem.substeps", bare, "there are no grains"),
-        ("dem.rolling", bare, "there are no grains"),
+        ("dem.substeps", bare && dem.substeps != usual.substeps, "there are no grains"),
+        ("dem.rolling", bare && dem.rolling != usual.rolling, "there are no grains"),
         (
             "dem.rolling",
             !bare && case.dem.rolling == Rolling::ConstantTorque && case.dem.rolling_friction == 0.0,
@@ -186,7 +188,7 @@ fn check_idle(case: &Case, cx: &mut Context<'_>) {
             !bare && case.dem.rolling == Rolling::None && case.dem.rolling_friction > 0.0,
             "nothing resists rolling without `rolling = \"constant_torque\"`: write it beside, or",
         ),
-        ("coupling", bare, "there are no grains"),
+        ("coupling", bare && case.coupling != Coupling::default(), "there are no grains"),
         ("contact", bare, "there are no grains"),
         ("overlap", bare, "there are no grains"),
     ];

@@ -20,7 +20,7 @@
 
 mod stress;
 
-use sazanami_numerics::domain::{Domain, GhostRules};
+use sazanami_numerics::domain::{Domain, Ghost, GhostRules};
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
 
@@ -74,9 +74,12 @@ const SOFT: Real = 0.1;
 /// Liquid fractions of any mixture.
 const ANY: [Real; 2] = [0.0, 1.0];
 
-/// Smallest and largest liquid fraction, one ghost layer included.
-fn fractions(domain: &Domain, fraction: &Field<Real>) -> [Real; 2] {
-    let (c, range) = (fraction.data(), domain.interior_and(1));
+/// Smallest and largest liquid fraction, those beyond open sides included.
+fn fractions(domain: &Domain, boundary: &Boundary, fraction: &Field<Real>) -> [Real; 2] {
+    if boundary.volume_fraction_rules().sides.as_flattened().iter().any(|ghost| *ghost != Ghost::Even) {
+        return ANY;
+    }
+    let (c, range) = (fraction.data(), domain.interior());
     let [low, high] = [-1.0, 1.0].map(|sign| {
         let of_row =
             |row: sazanami_numerics::domain::Row| c[row.shifted(0)].iter().map(|c| sign * c).fold(Real::MIN, Real::max);
@@ -148,7 +151,7 @@ impl Flow {
             ViscosityScheme::Off => return Ok(DiffusionReport::default()),
         };
         let is_explicit = !self.diffuses_implicitly(domain, whole);
-        let present = fractions(domain, &self.volume_fraction);
+        let present = fractions(domain, boundary, &self.volume_fraction);
         let (steps, radius) = plan(stiffness(domain, &self.fluids, present, dt), self.viscous_tolerance);
         if steps > MAX_ITERATIONS && !is_explicit {
             return Err(ViscosityError::TooStiff { iterations: steps, dt });

@@ -103,7 +103,8 @@ pub fn check(case: &Case, known: Known, machine: &Machine, threads: usize, model
     let cells = case.domain.cell_count();
     let room = if case.grains.iter().any(|population| population.moves()) { liquid_volume(case) } else { 0.0 };
     let liquid_cells = (room / case.domain.spacing().element_product()).min(cells as Real);
-    let size = Size { cells, liquid_cells, grains, spheres: contact_spheres };
+    let face_spheres = populations::on_faces(case, &populations);
+    let size = Size { cells, liquid_cells, grains, spheres: contact_spheres, face_spheres };
     let packing = cost::packing_substeps(case, &populations, model);
     let substep_cause = substep_cause(case, &populations);
     let pictures = pictures::time(case, &populations, [pace.steps, pace.mean], model);
@@ -162,6 +163,8 @@ struct Size {
     liquid_cells: Real,
     grains: usize,
     spheres: usize,
+    /// Contact spheres on a flat face of each body that forces move.
+    face_spheres: Real,
 }
 
 /// Simulated time that packing the bed of a case takes \[s]; `None` if it packs none.

@@ -85,6 +85,12 @@ pub fn run(
         log.note(&format!("warning: {}", warning.message));
     }
     warn_without(&lock, &mut log);
+    if let Some(later) = options.until.filter(|until| *until > loaded.case.run.until) {
+        let end = loaded.case.run.until;
+        log.message(&format!(
+            "the case ends at {end} s, before {later} s: `--set run.until=\"{later} s\"` lengthens it"
+        ));
+    }
     ready.messages.iter().for_each(|text| log.message(text));
     let from = Start::Case(resolved::write(&kept, Paths::AsGiven), ready.tank);
     Launch { case: &loaded.case, feasible, workers, options, folder: &folder, stop }.start(from, &mut log)

@@ -36,7 +36,8 @@ pub(super) fn predict(
     model: &CostModel,
 ) -> Vec<(&'static str, Real)> {
     let speed = 1.0 + model.parallel_share * (threads as Real - 1.0);
-    let substep = (size.grains as Real * model.substep_grain + size.spheres as Real * model.substep_sphere) / speed;
+    let of_grains = size.grains as Real * model.substep_grain + size.spheres as Real * model.substep_sphere;
+    let substep = (of_grains + size.face_spheres * model.substep_face) / speed;
     let mut parts = if work.pictures > 0.0 { vec![("pictures", work.pictures)] } else { Vec::new() };
     if case.packs() && !work.made_ready {
         // Those too that are taken away when the bed is levelled.

@@ -24,6 +24,8 @@ pub struct CostModel {
     pub substep_grain: Real,
     /// [s per contact sphere]: little, as the contacts cost, of which grains of few and of many spheres have as many.
     pub substep_sphere: Real,
+    /// [s per contact sphere of a flat face]: of a body that rests on it all of these touch.
+    pub substep_face: Real,
     /// Share of further threads that turns into speed.
     pub parallel_share: Real,
     /// Time to rest of a bed after the fall over that in which velocities fall to 1/e.
@@ -62,6 +64,7 @@ impl Default for CostModel {
             room: 4e-7,
             substep_grain: 1.95e-7,
             substep_sphere: 2e-10,
+            substep_face: 7.5e-8,
             parallel_share: 0.85,
             packing_rest: 4.0,
             memory_cell: 320.0,

@@ -3,7 +3,6 @@
 use sazanami_dem::{Body, Bumps};
 use sazanami_numerics::Real;
 
-use super::substeps::moves;
 use super::{BumpReport, PopulationReport, volumes};
 use crate::assembly::shapes::shape_of;
 use crate::case::meaning::{Case, ContactSphereChoice, Exchange, GrainPlacement, Population, Solver};
@@ -71,7 +70,7 @@ pub(super) fn bump_reports(case: &Case, populations: &[PopulationReport]) -> Vec
         Some(body.flat_face(case.grains[n].sizes().largest()))
     };
     let meet = |&(a, b): &(usize, usize)| {
-        let free = [a, b].iter().any(|&n| moves(&case.grains[n]));
+        let free = [a, b].iter().any(|&n| case.grains[n].has_free_grains());
         free && (a != b || populations[a].grains != Some(1))
     };
     let pairs = (0..populations.len()).flat_map(|b| (0..=b).map(move |a| (a, b)));
@@ -81,6 +80,19 @@ pub(super) fn bump_reports(case: &Case, populations: &[PopulationReport]) -> Vec
         Some(BumpReport { between: [a, b].map(|n| populations[n].name.clone()), friction: bumps.friction, speed })
     };
     pairs.filter(meet).filter_map(report).collect()
+}
+
+/// Contact spheres on a flat face of each body that forces move.
+pub(super) fn on_faces(case: &Case, populations: &[PopulationReport]) -> Real {
+    let spheres = |(population, report): (&Population, &PopulationReport)| {
+        let face = report
+            .body
+            .as_ref()
+            .map(sazanami_dem::Body::face)
+            .filter(|face| face.is_flat() && population.has_free_grains())?;
+        Some(face.spheres as Real * report.grains.unwrap_or(0) as Real)
+    };
+    case.grains.iter().zip(populations).filter_map(spheres).sum()
 }
 
 /// Contact spheres of one grain, where known without reading files.

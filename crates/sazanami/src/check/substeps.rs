@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::PopulationReport;
 use crate::assembly::grains;
-use crate::case::meaning::{Case, GrainPlacement, Motion, PairContact, Population, Substeps};
+use crate::case::meaning::{Case, PairContact, Population, Substeps};
 
 /// Contacts of a population.
 fn contacts_of<'c>(case: &'c Case, population: &Population) -> impl Iterator<Item = &'c PairContact> {
@@ -65,7 +65,7 @@ fn masses<'i>(
 ) -> Option<EffectiveMasses<'i>> {
     let mut masses = EffectiveMasses::new(interactions);
     for (population, report) in case.grains.iter().zip(populations) {
-        let Some(body) = report.body.as_ref().filter(|_| moves(population)) else { continue };
+        let Some(body) = report.body.as_ref().filter(|_| population.has_free_grains()) else { continue };
         let density = case.material(&population.material)?.density;
         let mass = population.mass_override.unwrap_or(density * body.volume);
         for factor in [population.sizes().smallest(), population.sizes().largest()] {
@@ -98,14 +98,6 @@ pub(crate) fn substep_cause(case: &Case, populations: &[PopulationReport]) -> Su
         SubstepCause::Face
     } else {
         SubstepCause::Contact
-    }
-}
-
-/// Whether forces move a grain of the population.
-pub(super) fn moves(population: &Population) -> bool {
-    match &population.placement {
-        GrainPlacement::List(list) => list.iter().any(|grain| grain.motion == Motion::Free),
-        _ => population.motion == Motion::Free,
     }
 }
 
@@ -150,7 +142,7 @@ mod tests {
             for factor in [population.sizes().smallest(), population.sizes().largest()] {
                 let at = 4.0 * widest * (all.len() as Real + 0.5);
                 let grain = grains::member(case, n, all.len(), factor);
-                let motion = if moves(population) { sazanami_dem::Motion::Free } else { grain.motion };
+                let motion = if population.has_free_grains() { sazanami_dem::Motion::Free } else { grain.motion };
                 all.push(Grain { position: Vector::new(at, 0.5 * room, 0.5 * room), motion, ..grain });
             }
         }

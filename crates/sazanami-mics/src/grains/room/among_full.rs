@@ -144,11 +144,16 @@ impl AmongFull {
         let Self { room, around, velocity: next, strides, .. } = self;
         let beside = |at: usize| strides.iter().flat_map(move |stride| [at - stride, at + stride]);
         let (room, around, rates, open) = (room.data(), around.data(), rates.data(), open.data());
-        // What enters at the ends of the rank is seen when it comes.
+        let n_rows = plane / width;
+        // What enters from other ranks is in the ghosts; rows at the ends of the rank are looked at in any case.
         let is_reached = |j: usize, k: usize| {
             let at_end = j == 0 || k == 0 || j + 1 == n2 || k + 1 == n3;
             let beside = || [n2 * k + j, n2 * k + j - 1, n2 * k + j + 1, n2 * (k - 1) + j, n2 * (k + 1) + j];
-            at_end || beside().into_iter().any(|row| handed[row] > 0.0)
+            let first = ((GHOSTS + k) * n_rows + GHOSTS + j) * width + GHOSTS;
+            at_end
+                || rates[first - 1] != 0.0
+                || rates[first + n1] != 0.0
+                || beside().into_iter().any(|row| handed[row] > 0.0)
         };
         let (gas, drho) = (flow.fluids.gas_density, flow.fluids.liquid_density - flow.fluids.gas_density);
         let u = flow.velocity.each_ref().map(Field::data);

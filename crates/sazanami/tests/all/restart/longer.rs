@@ -37,6 +37,21 @@ fn a_finished_run_goes_on_to_a_later_end() {
 }
 
 #[test]
+fn an_end_later_than_that_of_the_case_is_said() {
+    let scratch = Scratch::new("longer-said");
+    let said = |name: &str, until: Option<f64>| {
+        let options = RunOptions { out: Some(scratch.join(name)), until, ..On::threads(1).options(None) };
+        let mut listener = Listener::default();
+        let summary = run::run(&load(DRAGGED, &[]), &options, &mut listener, &Stop::new()).unwrap();
+        assert_eq!(summary.status, Status::Finished);
+        listener.messages.iter().any(|text| text.contains("`--set run.until=\"0.009 s\"` lengthens it"))
+    };
+    assert!(said("later", Some(9e-3)));
+    // Negative control: an end that the case has, or none.
+    assert!(!said("none", None));
+}
+
+#[test]
 fn a_run_that_broke_off_just_after_it_was_lengthened_goes_on() {
     let scratch = Scratch::new("longer-broken");
     let folder = scratch.join("run");
