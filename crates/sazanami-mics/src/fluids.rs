@@ -2,6 +2,9 @@
 
 use sazanami_numerics::{Real, choices};
 
+/// Viscosity of a fluid that has none, to divide by [Pa s].
+pub(crate) const LEAST: Real = 1e-30;
+
 /// Properties of the two fluids.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fluids {
@@ -28,7 +31,7 @@ impl Fluids {
     #[must_use]
     pub(crate) fn viscosity(&self, c: Real) -> Real {
         let [gas, liquid] = self.viscosities();
-        gas + (liquid - gas) * c.clamp(0.0, 1.0)
+        (gas + (liquid - gas) * c.clamp(0.0, 1.0)).max(LEAST)
     }
 
     /// Kinematic viscosity of a mixture with liquid fraction `c` [m^2/s].
@@ -40,7 +43,7 @@ impl Fluids {
 
     /// Viscosities of gas and liquid, above zero where there is none, so that one may divide by them [Pa s].
     pub(crate) fn viscosities(&self) -> [Real; 2] {
-        [self.gas_viscosity, self.liquid_viscosity].map(|mu| mu.max(1e-30))
+        [self.gas_viscosity, self.liquid_viscosity].map(|mu| mu.max(LEAST))
     }
 
     /// Constant and slope of the density as a function of C [kg/m^3].
@@ -83,6 +86,8 @@ mod tests {
             let of_both = Fluids { gas_viscosity: 0.0, ..fluids(0.0) }.kinematic_viscosity(c);
             assert!(0.0 < of_both && of_both < 1e-29, "{of_both}");
         }
+        // The gas has a viscosity from which that of the liquid is to be taken to nothing.
+        assert!(fluids(0.0).viscosity(1.0) == LEAST);
         assert!(fluids(0.0).kinematic_viscosity(1.0) < 1e-29 && fluids(0.0).kinematic_viscosity(0.0) == 1e-5);
     }
 }

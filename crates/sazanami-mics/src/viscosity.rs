@@ -6,7 +6,7 @@
 //! (rho / dt) w_i - div(mu grad w_i) = div(mu (grad u + grad u^T))_i
 //! ```
 //!
-//! with a viscosity of the faces that resists between the centres as the fluids between them do ([`stress`]). It is solved by Chebyshev
+//! with a viscosity of the faces that resists between the centres as the fluids between them do (`stress.rs`). It is solved by Chebyshev
 //! steps on Jacobi's iteration, whose number follows from the bound of the spectrum beforehand: no
 //! scalar products, hence the same bits on any number of ranks. A last step evaluates the stress of
 //! `u + w` on the faces, so that momentum changes at walls only, however well w has converged.

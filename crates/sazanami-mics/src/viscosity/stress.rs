@@ -22,7 +22,7 @@ use sazanami_numerics::grid::GHOSTS;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{SlicesMut, for_each_chunk};
 
-use crate::fluids::Fluids;
+use crate::fluids::{Fluids, LEAST};
 use crate::schemes::Transposed;
 
 /// Velocity (or a change of it) in a mixture, one ghost layer filled.
@@ -117,7 +117,7 @@ impl Stress {
         for i in 0..n {
             let (l, r) = (c_l[i].clamp(0.0, 1.0), c_r[i].clamp(0.0, 1.0));
             let (low, high) = (l.min(r), l.max(r));
-            let (thin, thick) = (gas + slope * low, gas + slope * high);
+            let [thin, thick] = [low, high].map(|c| (gas + slope * c).max(LEAST));
             // The formula above times 2 mu(C) mu(c).
             let across = self.contrast * (high - low) * (1.0 - high) * thin;
             mu[i] = 2.0 * thin * thick / (thin + thick + across);

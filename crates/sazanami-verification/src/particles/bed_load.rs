@@ -58,7 +58,7 @@ fn flux(solver: &Solver, level: Real) -> [Real; 2] {
 }
 
 /// Top of the bed: a quarter of a diameter below the mean crest of the columns of two diameters \[m].
-pub(super) fn top(solver: &Solver) -> Real {
+fn top(solver: &Solver) -> Real {
     let grains = solver.grains().engine().grains();
     let width = solver.tank().upper - solver.tank().lower;
     let columns = [width.x, width.y].map(|width| (0.5 * width / DIAMETER).round() as usize);

@@ -8,7 +8,7 @@ use sazanami_mps::scheme::Scheme;
 use sazanami_mps::solver::{FluidParticle, Solver};
 use sazanami_numerics::{Real, Vector};
 
-use super::vessel::{DIAMETER, DOWN, ExperimentError, GRAIN_DENSITY, GRAVITY, OPEN_TOP, PERIODIC, Vessel, WALLS};
+use super::vessel::{DIAMETER, DOWN, ExperimentError, GRAIN_DENSITY, OPEN_TOP, PERIODIC, Vessel, WALLS};
 use super::vessel::{lattice, under};
 
 /// A bed that settled without water, covered by water that came to rest around held grains; lengths in diameters.
@@ -16,10 +16,6 @@ use super::vessel::{lattice, under};
 pub(super) struct SettledBed {
     /// Scheme of the water.
     pub scheme: Scheme,
-    /// Spacing of the water; a diameter if there is none.
-    pub spacing: Option<Real>,
-    /// Kinematic viscosity [m^2/s]; that of water if there is none.
-    pub viscosity: Option<Real>,
     /// Extent in x and y.
     pub size: [usize; 2],
     /// Thickness of the bed.
@@ -28,8 +24,6 @@ pub(super) struct SettledBed {
     pub water: Real,
     /// Room that the surface of the water has to rise at the ends.
     pub rise: Real,
-    /// Part of gravity along x while the water comes to rest; its surface lies across the sum.
-    pub tilt: Real,
     /// Whether the ends in x are periodic.
     pub endless: bool,
     /// Height below which grains are held for good.
@@ -44,22 +38,17 @@ impl SettledBed {
 
     /// The bed with its water at rest.
     pub fn solver(&self) -> Result<Solver, ExperimentError> {
-        let Self { size, layers, water, tilt, .. } = *self;
+        let Self { size, layers, water, .. } = *self;
         let (d, depth) = (DIAMETER, self.depth());
-        let rise = self.rise + 0.5 * tilt.abs() * size[0] as Real;
-        let (spacing, high) = (self.spacing.unwrap_or(1.0), layers + water + rise + 6.0);
         let ends = if self.endless { PERIODIC } else { WALLS };
-        let [n1, n2] = size.map(|n| (n as Real / spacing).round() as usize);
-        let count = [n1, n2, (high / spacing).ceil() as usize];
-        let mut vessel = Vessel::new(count, spacing * d, [ends, PERIODIC, OPEN_TOP]);
-        (vessel.diameter, vessel.viscosity) = (d, self.viscosity.unwrap_or(vessel.viscosity));
+        let high = (layers + water + self.rise + 6.0).ceil() as usize;
+        let mut vessel = Vessel::new([size[0], size[1], high], d, [ends, PERIODIC, OPEN_TOP]);
         (vessel.longest, vessel.scheme) = (2e-4, self.scheme);
         vessel.reference = Vector::new(0.5 * vessel.upper.x, 0.0, depth);
         vessel.grains = packed(&vessel, layers)?;
         for grain in vessel.grains.iter_mut().filter(|grain| grain.position.z < self.glued * d) {
             grain.motion = Motion::WithWalls;
         }
-        let force = Vector::new(tilt * GRAVITY, 0.0, -GRAVITY);
         let domain = vessel.domain();
         let mut phase = vessel.grain_phase(&domain)?;
         phase.place(&domain, &vessel.tank());
@@ -67,17 +56,13 @@ impl SettledBed {
             let places = lattice([40, 8, 1]).map(|s| s * Vector::new(vessel.upper.x / 40.0, vessel.upper.y / 8.0, 0.0));
             places.map(|x| phase.void_fraction(x + z * Vector::Z)).sum::<Real>() / 320.0
         };
-        let top = vessel.upper.z - 3.0 * d;
-        let places =
-            filling::layers(vessel.lower, vessel.upper, if tilt == 0.0 { depth } else { top }, spacing * d, mean);
-        let under_water = |x: &Vector| tilt == 0.0 || force.dot(*x - vessel.reference) > 0.0;
-        let fluid = places.into_iter().filter(under_water);
+        let fluid = filling::layers(vessel.lower, vessel.upper, depth, d, mean).into_iter();
         vessel.fluid = fluid.map(|position| FluidParticle { position, velocity: Vector::ZERO }).collect();
         let mut solver = vessel.solver()?;
         solver.grains_mut().freeze(true);
         for _ in 0..500 {
-            let dt = solver.stable_step(force).dt;
-            let report = solver.step(dt, &under(force)(0.0, dt), |_| ())?;
+            let dt = solver.stable_step(DOWN).dt;
+            let report = solver.step(dt, &under(DOWN)(0.0, dt), |_| ())?;
             solver.set_velocities(|p, a| 0.9 * p.velocity[a]);
             if report.strain[1] < 0.01 && report.largest_speed < 1e-3 {
                 break;
@@ -91,7 +76,7 @@ impl SettledBed {
 
 /// Grains dropped into the box without water until they lie still.
 pub(super) fn packed(vessel: &Vessel, layers: Real) -> Result<Vec<Grain>, ExperimentError> {
-    let d = vessel.diameter;
+    let d = DIAMETER;
     let extent = vessel.upper - vessel.lower;
     let [n1, n2] = [0, 1].map(|axis| (extent[axis] / (1.1 * d)).floor() as usize);
     let total = (0.6 / (PI / 6.0) * extent.x * extent.y * layers / (d * d)).round() as usize;

@@ -8,7 +8,7 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
 use sazanami_mps::grains::{AddedMass, Coupling, DragExchange, DragParameters, GrainPhase, Lift};
 use sazanami_mps::pressure::Tolerance;
-use sazanami_mps::scheme::{Fluid, ParticleProjection, Scheme};
+use sazanami_mps::scheme::{Fluid, Scheme};
 use sazanami_mps::solver::{FluidParticle, Forcing, Settings, SetupError, Solver, StepError, StepReport};
 use sazanami_mps::stability::StepLimits;
 
@@ -18,6 +18,8 @@ pub const GRAIN_DENSITY: Real = 2650.0;
 pub const DIAMETER: Real = 1e-3;
 /// Density of the water [kg/m^3].
 pub const DENSITY: Real = 1000.0;
+/// Kinematic viscosity of the water [m^2/s].
+const VISCOSITY: Real = 1e-6;
 /// Acceleration of gravity [m/s^2].
 pub const GRAVITY: Real = 9.81;
 /// The same as a vector.
@@ -53,24 +55,18 @@ pub struct Vessel {
     pub sides: [[Side; 2]; 3],
     /// Particle spacing \[m].
     pub spacing: Real,
-    /// Kinematic viscosity [m^2/s].
-    pub viscosity: Real,
     /// Friction of the fluid along walls.
     pub friction: WallFriction,
     /// Scheme of the water.
     pub scheme: Scheme,
-    /// Accuracy of the pressure.
-    pub tolerance: Tolerance,
     /// Longest step \[s].
     pub longest: Real,
     /// Point at which the hydrostatic part of the pressure is zero \[m].
     pub reference: Vector,
     /// Fluid particles at the start.
     pub fluid: Vec<FluidParticle>,
-    /// Grains, spheres of [`Self::diameter`].
+    /// Grains, spheres of [`DIAMETER`].
     pub grains: Vec<Grain>,
-    /// Diameter of the grains \[m].
-    pub diameter: Real,
 }
 
 impl Vessel {
@@ -82,15 +78,12 @@ impl Vessel {
             upper: spacing * Vector::from_array(size.map(|n| n as Real)),
             sides,
             spacing,
-            viscosity: 1e-6,
             friction: WallFriction::NoSlip,
             scheme: Scheme::default(),
-            tolerance: Tolerance::default(),
             longest: 0.05 * (spacing / GRAVITY).sqrt(),
             reference: Vector::ZERO,
             fluid: Vec::new(),
             grains: Vec::new(),
-            diameter: spacing,
         }
     }
 
@@ -106,11 +99,6 @@ impl Vessel {
         self
     }
 
-    /// Gives every fluid particle the velocity of its place.
-    pub fn set_velocity(&mut self, velocity: impl Fn(Vector) -> Vector) {
-        self.fluid.iter_mut().for_each(|particle| particle.velocity = velocity(particle.position));
-    }
-
     pub(super) fn domain(&self) -> Domain {
         let cell = 0.5 * (self.scheme.radius + 0.36) * self.spacing;
         let (lower, upper) = (self.lower, self.upper);
@@ -124,13 +112,13 @@ impl Vessel {
 
     pub(super) fn engine(&self, domain: &Domain) -> Result<Engine, DemError> {
         let present = self.sides.map(|sides| sides.map(|side| side == Side::Wall));
-        let around = Vector::splat(10.0 * self.diameter) + (self.upper - self.lower);
+        let around = Vector::splat(10.0 * DIAMETER) + (self.upper - self.lower);
         let setup = Setup {
-            bodies: vec![Body::ball(0.5 * self.diameter)],
+            bodies: vec![Body::ball(0.5 * DIAMETER)],
             interactions: Interactions::uniform(1, LinearSpringDashpot::spheres(400.0, 0.5, 0.4)),
             walls: Wall::of_box(self.lower, self.upper, 0, present),
             region: [self.lower - around, self.upper + around],
-            ghost_margin: 3.6 * self.diameter.max(self.spacing),
+            ghost_margin: 3.6 * DIAMETER.max(self.spacing),
         };
         Engine::new(domain, setup, &self.grains)
     }
@@ -140,8 +128,8 @@ impl Vessel {
             return GrainPhase::none(domain);
         }
         let coupling = Coupling {
-            drag: DragParameters::recommended(DENSITY, DENSITY * self.viscosity),
-            smoothing: 3.0 * self.diameter,
+            drag: DragParameters::recommended(DENSITY, DENSITY * VISCOSITY),
+            smoothing: 3.0 * DIAMETER,
             least_void: 0.3,
             exchange: DragExchange::Lagged,
             added_mass: AddedMass::NONE,
@@ -158,10 +146,10 @@ impl Vessel {
     pub fn solver(&self) -> Result<Solver, ExperimentError> {
         let domain = self.domain();
         let settings = Settings {
-            fluid: Fluid { density: DENSITY, viscosity: self.viscosity, spacing: self.spacing },
+            fluid: Fluid { density: DENSITY, viscosity: VISCOSITY, spacing: self.spacing },
             scheme: self.scheme,
             limits: StepLimits { longest: self.longest, ..StepLimits::default() },
-            tolerance: self.tolerance,
+            tolerance: Tolerance::default(),
             reference: self.reference,
         };
         let grains = self.grain_phase(&domain)?;
@@ -233,19 +221,5 @@ impl Energy {
         self.least = self.least.min(self.last);
         self.largest = self.largest.max(self.last);
         self.rise = self.rise.max(self.last - self.least);
-    }
-}
-
-/// Own particles that are fluid.
-pub(super) fn fluid(solver: &Solver) -> impl Iterator<Item = usize> {
-    let particles = solver.particles();
-    (0..particles.owned()).filter(|&a| particles.is_fluid(a))
-}
-
-/// Height over the middle of the top layer at which the pressure vanishes \[m].
-pub(super) fn zero_above_surface(solver: &Solver) -> Real {
-    match solver.settings().scheme.projection {
-        ParticleProjection::Enhanced => 0.0,
-        ParticleProjection::Conjugate => 0.5 * solver.settings().fluid.spacing,
     }
 }

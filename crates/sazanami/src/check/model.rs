@@ -14,7 +14,7 @@ pub struct CostModel {
     pub fluid: Real,
     /// [s per cell] with surface tension, plus
     pub tension: Real,
-    /// [s], however few the cells.
+    /// \[s], however few the cells.
     pub pass: Real,
     /// Volume fractions and loads [s per grain and fluid step], plus
     pub coupling: Real,

@@ -2,9 +2,8 @@
 
 use std::f64::consts::PI;
 
-use crate::particles::{self as experiments, RestingBed};
+use crate::particles as experiments;
 use sazanami_mps::scheme::Scheme;
-use sazanami_numerics::Real;
 
 use super::said;
 use crate::measured::Measured;
@@ -21,34 +20,6 @@ pub fn void_fraction() -> Result<Vec<Measured>, String> {
         Measured::new("control: at a wall without images", found.without_images / eps - 1.0),
         Measured::new("control: rate that forgets the grains' motion", 1.0 - found.rate_of_fluid_alone),
     ])
-}
-
-/// Judged quantities of a bed at rest.
-fn bed_rows(name: &str, found: &RestingBed) -> Vec<Measured> {
-    vec![
-        Measured::new(format!("{name}: largest error of the pressure, of rho g H"), found.pressure),
-        Measured::new(format!("{name}: drift of the bed's height, in diameters"), found.height.abs()),
-        Measured::new(format!("{name}: largest speed of a grain"), found.speed),
-        Measured::new(format!("{name}: force on the floor over submerged weight"), found.floor),
-        Measured::new(format!("{name}: change of the fluid's bulk volume"), found.volume.abs()),
-        Measured::new(format!("{name}: mean of n/n0 - 1 in the bed"), found.density.abs()),
-        Measured::new(format!("{name}: rms of n/n0 - 1 in the bed"), found.density_spread),
-    ]
-}
-
-/// A bed at rest, level and under a tilted surface.
-pub fn resting_bed() -> Result<Vec<Measured>, String> {
-    let scheme = Scheme::default();
-    let level = experiments::resting_bed(scheme, [10, 8], [10.0, 5.0], 0.0, 5.0).map_err(said)?;
-    let tilted = experiments::resting_bed(scheme, [10, 8], [10.0, 5.0], 0.161, 1.0).map_err(said)?;
-    let mut rows = bed_rows("level", &level);
-    rows.push(Measured::new("tilted: drift of the bed's height, in diameters", tilted.height.abs()));
-    rows.push(Measured::new("tilted: largest speed of a grain", tilted.speed));
-    let fewer = -level.volume_of_fewer;
-    rows.push(Measured::new("control: bulk volume lost without every fiftieth particle", fewer));
-    let dry = experiments::dry_bed([10, 8], 10.0).map_err(said)?;
-    rows.push(Measured::new("control: floor's force without water, off by", dry - 1.0));
-    Ok(rows)
 }
 
 /// The submerged angle of repose.
@@ -84,23 +55,5 @@ pub fn bed_load() -> Result<Vec<Measured>, String> {
     }
     let slow = experiments::bed_load(Scheme::default(), 0.01, 0.4).map_err(said)?;
     rows.push(Measured::new("control: load far below the threshold", slow.load.abs()));
-    Ok(rows)
-}
-
-/// Friction that particles add to the water's own, beside walls and over a bed.
-pub fn bed_stress() -> Result<Vec<Measured>, String> {
-    let scheme = Scheme::default();
-    let added = experiments::started_flow(scheme).map_err(said)?;
-    let mut rows = vec![Measured::new("viscosity two spacings from a wall, over U l0", added)];
-    let found = [2.0 / 3.0, 1.0, 4.0 / 3.0].map(|spacing| experiments::bed_stress(scheme, spacing).map_err(said));
-    let [fine, middle, coarse] = found;
-    let found = [fine?, middle?, coarse?];
-    let mean = found.iter().map(|found| found.shields).sum::<Real>() / 3.0;
-    rows.push(Measured::new("mean Shields number over that of a film", mean / found[1].of_film));
-    for (spacing, found) in ["0.67", "1", "1.33"].into_iter().zip(&found) {
-        let row = |what: &str, value: Real| Measured::new(format!("spacing {spacing} d: {what}"), value);
-        rows.push(row("Shields number over the mean of the three", found.shields / mean));
-        rows.push(row("water a diameter below the top of the bed, over u*", found.pore));
-    }
     Ok(rows)
 }

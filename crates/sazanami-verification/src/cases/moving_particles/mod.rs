@@ -3,12 +3,10 @@
 mod flows;
 mod fluid;
 mod grains;
-mod suspended;
 
 pub(crate) use flows::jets;
 pub(crate) use fluid::operators;
-pub(crate) use grains::{bed_load, bed_stress, repose, resting_bed, void_fraction};
-pub(crate) use suspended::{fluidised_bed, hindered_settling};
+pub(crate) use grains::{bed_load, repose, void_fraction};
 
 use crate::particles::ExperimentError;
 
