@@ -54,7 +54,7 @@ column = sazanami.Case.from_text(
     [output]
     series = { every = "20 ms" }
     [run]
-    until = "0.4 s"
+    until = "0.5 s"
     """
 )
 
