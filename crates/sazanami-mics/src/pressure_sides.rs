@@ -47,10 +47,11 @@ impl<'a> BoxSides<'a> {
     }
 
     /// Sets the ghosts behind a side so that the pressure on its face number `n` is `face(n, pressure, density)` of the
-    /// cell before it.
+    /// cell before it. Along the side it goes `margin` cells beyond the rank's part.
     fn fill_behind(
         domain: &Domain,
         (direction, side): (usize, usize),
+        margin: isize,
         pressure: &mut Field<Real>,
         density: &Field<Real>,
         face: impl Fn(usize, Real, Real) -> Real,
@@ -58,7 +59,7 @@ impl<'a> BoxSides<'a> {
         let stride = domain.strides()[direction];
         let last = domain.cells()[direction] as isize;
         let (layer, inward) = if side == 0 { (-1, stride) } else { (last, -stride) };
-        let mut range = domain.interior();
+        let mut range = domain.interior().map(|range| range.start - margin..range.end + margin);
         range[direction] = layer..layer + 1;
         let rho = density.data();
         let mut faces = 0..;
@@ -84,7 +85,7 @@ impl<'a> BoxSides<'a> {
             for side in 0..2 {
                 if let Some(values) = self.fixed[d][side] {
                     let value = |n: usize| values.get(n).copied().unwrap_or_default();
-                    Self::fill_behind(domain, (d, side), pressure, density, |n, _, _| value(n));
+                    Self::fill_behind(domain, (d, side), 0, pressure, density, |n, _, _| value(n));
                 }
             }
         }
@@ -125,7 +126,7 @@ impl<'a> BoxSides<'a> {
                 let at_wall = |p: Real, rho: Real| p + rho * climb;
                 let fixed = self.fixed[d][side];
                 if self.wall[d][side] {
-                    Self::fill_behind(domain, (d, side), pressure, density, |_, p, rho| at_wall(p, rho));
+                    Self::fill_behind(domain, (d, side), 1, pressure, density, |_, p, rho| at_wall(p, rho));
                 } else if fixed.is_none() {
                     continue;
                 }

@@ -67,6 +67,8 @@ pub struct MeanFlowReport {
     pub acceleration: Vector,
     /// Mean velocity of the liquid above the height at its end [m/s].
     pub velocity: Vector,
+    /// What was wanted then [m/s].
+    pub wanted: Vector,
     /// Force on that liquid over the area under it \[Pa]: in steady flow the shear stress there.
     pub stress: Vector,
     /// What the velocity of the fluid outside has changed by, where the box moves [m/s]; the box has the opposite.
@@ -186,6 +188,7 @@ impl MeanFlow {
         MeanFlowReport {
             acceleration,
             velocity,
+            wanted: self.wanted(self.time),
             stress: acceleration * mass / self.settings.area,
             outside: self.outside,
         }
@@ -207,18 +210,19 @@ impl MeanFlow {
         let stress = acceleration * mass / area;
         self.outside = self.outside_after(dt);
         let outside = self.outside;
+        let wanted = self.wanted(self.time);
         if mass <= 0.0 {
-            return MeanFlowReport { acceleration, velocity: Vector::ZERO, stress, outside };
+            return MeanFlowReport { acceleration, velocity: Vector::ZERO, wanted, stress, outside };
         }
         let mean = momentum / mass;
-        let lacks = self.in_held_directions(self.wanted(self.time) - mean);
+        let lacks = self.in_held_directions(wanted - mean);
         let faster = |d: usize| match self.settings.velocity[d] {
             0.0 => 1.0,
             wanted => (answer * (self.held[d] + self.settings.beside[d]) / wanted).max(1.0),
         };
         self.held += lacks * dt / (answer * answer) * Vector::new(faster(0), faster(1), faster(2));
         self.acceleration = self.held + 2.0 * lacks / answer;
-        MeanFlowReport { acceleration, velocity: mean, stress, outside }
+        MeanFlowReport { acceleration, velocity: mean, wanted, stress, outside }
     }
 }
 

@@ -5,6 +5,7 @@
 
 mod above_bed;
 mod beds;
+mod blocked;
 mod overlaps;
 mod pace;
 mod placed;
@@ -268,6 +269,7 @@ impl Search<'_> {
         let placed = self.placed(&lying);
         self.within_box(&placed);
         self.clear_of_gates(&placed);
+        self.ways_are_free(&placed);
         self.overlaps(&placed);
         self.beside_packed(&lying);
         self.liquids(&lying);

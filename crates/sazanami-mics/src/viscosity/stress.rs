@@ -13,6 +13,14 @@
 //! Along an interface, `C = c`, that is the mean by volume; across it the whole resistance of the mixed cell, as the harmonic mean has it, and the
 //! harmonic mean itself where the interface is on a face. With the harmonic mean within cells as well, liquid that does not fill
 //! its cell would be held by the viscosity of gas, and a film would run away with it.
+//!
+//! # Transposed gradient beside an interface
+//!
+//! What the stress `mu du_d/dx_i` on the face of a viscous cell needs is the change of the velocity in the liquid. Half of a central difference
+//! reaches into the gas beside it, which slides along the surface as it likes: gas that is blown along pushes at the liquid, the surface rises, and
+//! blows the gas on, so that viscous liquid at rest would stir the gas over it by itself. Towards a cell of less viscosity the change therefore counts by
+//! `2 mu'/(mu' + mu)`, the share that leaves the shear stress continuous; the change of a velocity along its own direction, which the surface
+//! carries with it, is that of the side within the liquid.
 
 use std::cell::RefCell;
 use std::ops::Range;
@@ -68,6 +76,52 @@ struct Scratch {
     above: FaceRow,
     below: Vec<FaceRow>,
     sum: FaceRow,
+}
+
+/// Liquid fraction and a component of the velocity in a row of cells, and in the rows before and after it in a direction.
+struct Line<'a> {
+    c: [&'a [Real]; 3],
+    u: [&'a [Real]; 3],
+}
+
+impl<'a> Line<'a> {
+    fn along(c: &'a [Real], u: &'a [Real], at: usize, stride: usize, n: usize) -> Self {
+        let places = [at - stride, at, at + stride];
+        Self { c: places.map(|at| &c[at..at + n]), u: places.map(|at| &u[at..at + n]) }
+    }
+
+    /// Whether all of its cells have the same liquid fraction.
+    fn is_even(&self, fraction: Real) -> bool {
+        self.c.iter().all(|c| c.iter().all(|&c| c == fraction))
+    }
+
+    /// Twice what the velocity changes by from one cell to the next.
+    fn change(&self, x: usize) -> Real {
+        self.u[2][x] - self.u[0][x]
+    }
+
+    /// How much of the change of the velocity from the cell before, and of that to the cell after, the fluid of the cell bears: towards less
+    /// viscosity what the stress of both does.
+    fn borne(&self, x: usize, [gas, slope]: [Real; 2]) -> [Real; 2] {
+        let mu = self.c.map(|c| gas + slope * c[x].clamp(0.0, 1.0));
+        [mu[0], mu[2]].map(|beside| if beside < mu[1] { 2.0 * beside / (beside + mu[1]) } else { 1.0 })
+    }
+
+    /// Twice what a velocity across the line changes by in the fluid of the cell: its shear.
+    fn shear_within(&self, x: usize, viscosity: [Real; 2]) -> Real {
+        match self.borne(x, viscosity) {
+            // To the bit as where all cells are alike.
+            [1.0, 1.0] => self.change(x),
+            [before, after] => before * (self.u[1][x] - self.u[0][x]) + after * (self.u[2][x] - self.u[1][x]),
+        }
+    }
+
+    /// Twice what the velocity along the line changes by in the fluid of the cell: its stretching, that of the side which bears it.
+    fn stretching_within(&self, x: usize, viscosity: [Real; 2]) -> Real {
+        let [before, after] = self.borne(x, viscosity);
+        let sides = before + after;
+        if sides > 0.0 { 2.0 * self.shear_within(x, viscosity) / sides } else { 0.0 }
+    }
 }
 
 impl FaceRow {
@@ -133,11 +187,17 @@ impl Stress {
                 }
             } else {
                 let (along, s) = (0.25 * self.per_width[i], self.strides[i] as usize);
-                let (l_up, l_down) = (&u[d][behind + s..][..n], &u[d][behind - s..][..n]);
-                let (r_up, r_down) = (&u[d][at + s..][..n], &u[d][at - s..][..n]);
-                for x in 0..n {
-                    let turned = (l_up[x] - l_down[x]) + (r_up[x] - r_down[x]);
-                    stress[x] = mu[x] * (across * (u_r[x] - u_l[x]) + along * turned);
+                let (behind, at) = (Line::along(c, u[d], behind, s, n), Line::along(c, u[d], at, s, n));
+                if behind.is_even(behind.c[0][0]) && at.is_even(behind.c[0][0]) {
+                    for x in 0..n {
+                        let turned = behind.change(x) + at.change(x);
+                        stress[x] = mu[x] * (across * (u_r[x] - u_l[x]) + along * turned);
+                    }
+                } else {
+                    for x in 0..n {
+                        let turned = behind.shear_within(x, self.line) + at.shear_within(x, self.line);
+                        stress[x] = mu[x] * (across * (u_r[x] - u_l[x]) + along * turned);
+                    }
                 }
             }
         }
@@ -145,9 +205,16 @@ impl Stress {
             let normal = &mut stress[d][..n];
             for (i, u) in u.iter().enumerate().filter(|(i, _)| *i != d) {
                 let (along, s) = (0.25 * self.per_width[i], self.strides[i] as usize);
-                for x in 0..n {
-                    let (l, r) = (behind + x, at + x);
-                    normal[x] -= mu[x] * along * ((u[l + s] - u[l - s]) + (u[r + s] - u[r - s]));
+                let (behind, at) = (Line::along(c, u, behind, s, n), Line::along(c, u, at, s, n));
+                if behind.is_even(behind.c[0][0]) && at.is_even(behind.c[0][0]) {
+                    for x in 0..n {
+                        normal[x] -= mu[x] * along * (behind.change(x) + at.change(x));
+                    }
+                } else {
+                    for x in 0..n {
+                        let turned = behind.stretching_within(x, self.line) + at.stretching_within(x, self.line);
+                        normal[x] -= mu[x] * along * turned;
+                    }
                 }
             }
         }

@@ -1,6 +1,7 @@
 //! A run on one rank: packing or relaxation of a bed, then flow, step by step, until it ends. No physics, no files.
 
 mod feeding;
+mod held_flow;
 mod preparation;
 mod relaxation;
 mod releases;
@@ -15,6 +16,7 @@ use sazanami_numerics::domain::Domain;
 use sazanami_parallel::{Communicator, Reduction};
 
 use self::feeding::Feeding;
+use self::held_flow::HeldFlow;
 use self::releases::Releases;
 use crate::case::meaning::Solver;
 use crate::clock::{Clock, OUTPUT, SWING, fixed_step, longest_in_swing};
@@ -177,6 +179,7 @@ fn flow<B: Observer>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>)
     };
     let mut releases = Releases::of(case, clock.time());
     let mut feeding = Feeding::of(case, &water);
+    let mut held_flow = HeldFlow::of(case);
     let swing = longest_in_swing(case).filter(|_| fixed_step(case).is_none());
     loop {
         let [stop, checkpoint, at_rest] = signals(water.domain(), job, recorder);
@@ -219,6 +222,7 @@ fn flow<B: Observer>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>)
         recorder.before_step(&mut water, &clock, &after);
         let report = water
             .advance(case, time, next, dt, |phase| recorder.watch.turn(phase))
+            .and_then(|report| held_flow.watch(dt, B::Water::mean_flow(&report)).map(|()| report))
             .map_err(|problem| RankError::Step { problem, step, time, limit })?;
         recorder.watch.turn(OUTPUT);
         clock = after;

@@ -133,3 +133,38 @@ fn the_two_sides_of_a_periodic_seam_read_the_same() {
         assert!(at("p00", "pressure") != at("q0", "pressure"));
     }
 }
+
+#[test]
+fn points_on_walls_read_the_wall() {
+    let pool = "liquid=[{ region.half_space = { point = [\"0 m\", \"0 m\", \"12 mm\"] } }]";
+    let points =
+        [[16.0, 8.0, 0.0], [0.0, 0.0, 0.0], [32.0, 16.0, 0.0], [32.0, 8.0, 6.0], [16.0, 8.0, 6.0], [16.0, 8.0, 10.0]];
+    let probes: Vec<(String, String)> = points
+        .iter()
+        .enumerate()
+        .map(|(n, [x, y, z])| (format!("p{n}"), format!("point = [{}, {}, {}]", mm(*x), mm(*y), mm(*z))))
+        .collect();
+    let water = 1000.0 * 9.8;
+    for on in [On::threads(1), On::ranks(4, 1)] {
+        let at = read(BOX, &probes, &[pool], &format!("walls-{}", on.ranks), on);
+        let pressure = |n: usize| at(&format!("p{n}"), "pressure");
+        for (n, [.., z]) in points.iter().enumerate() {
+            let rise = pressure(n) - pressure(5);
+            assert!((rise - water * (10.0 - z) * 1e-3).abs() < 1e-6 * water * 10e-3, "{n}: {rise}");
+        }
+    }
+    // What slides along does so on the wall as well, what sticks does not; control: half a cell off it moves.
+    let flow = "fluid.initial_velocity={ uniform = { velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"] } }";
+    let full = "liquid=[{ region.half_space = { point = [\"0 m\", \"0 m\", \"1 m\"] } }]";
+    let above = [(format!("p{}", points.len()), "point = [\"16 mm\", \"8 mm\", \"1 mm\"]".to_owned())];
+    let probes = [&probes[..], &above[..]].concat();
+    for (floor, speed) in [("slip", 0.1), ("no_slip", 0.0)] {
+        let sides = format!("boundary={{ all = \"slip\", x1 = \"periodic\", x3_lower = \"{floor}\" }}");
+        let at = read(BOX, &probes, &[full, &sides, flow], &format!("walls-{floor}"), On::threads(1));
+        for n in 0..3 {
+            let found = at(&format!("p{n}"), "velocity_1");
+            assert!((found - speed).abs() < 1e-6, "{floor} {n}: {found}");
+        }
+        assert!(at("p6", "velocity_1") > 0.05, "{floor}: {}", at("p6", "velocity_1"));
+    }
+}

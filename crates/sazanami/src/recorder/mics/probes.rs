@@ -113,33 +113,34 @@ fn measure(case: &Case, solver: &Solver, time: Real, probe: &Probe) -> Vec<Value
     }
 }
 
-/// Values interpolated linearly between cell centres; the rank whose part holds the point gives them. `drift` is the
-/// velocity of the tank in the frame that is written [m/s].
+/// Values interpolated linearly between cell centres and to the sides of the box; the rank whose part holds the point gives them. `drift`
+/// is the velocity of the tank in the frame that is written [m/s].
 fn at_point(solver: &Solver, point: Vector, drift: Vector) -> AtPoint {
-    let [liquid, room, pressure, u1, u2, u3] = fields_at(solver, point);
+    let domain = solver.domain();
+    let found =
+        if domain.owner_of(point) == domain.communicator().rank() { fields_at(solver, point) } else { [0.0; 6] };
+    let [liquid, room, pressure, u1, u2, u3] = domain.sum(found);
     let liquid_fraction = if solver.has_open_room() { (room > 0.0).then(|| liquid / room) } else { Some(liquid) };
     AtPoint { liquid_fraction, pressure, velocity: Vector::new(u1, u2, u3) + drift }
 }
 
-/// Liquid and its room, in cell volumes, pressure and velocity.
+/// Liquid and its room, in cell volumes, pressure and velocity at a point of this rank's part.
 fn fields_at(solver: &Solver, point: Vector) -> [Real; 6] {
-    let domain = solver.domain();
-    if domain.owner_of(point) != domain.communicator().rank() {
-        return domain.sum([0.0; 6]);
-    }
-    let grid = domain.grid();
-    // Beyond the centres of the outermost cells nothing is extrapolated; through periodic sides it goes on.
-    let mut place = (point - grid.lower) / grid.spacing - 0.5;
+    let (domain, grid) = (solver.domain(), solver.domain().grid());
+    let place = (point - grid.lower) / grid.spacing - 0.5;
+    // Between the outermost centres; through periodic sides it goes on.
+    let mut within = place;
     for d in (0..3).filter(|&d| !domain.periodic()[d]) {
-        place[d] = place[d].clamp(0.0, grid.cells[d] as Real - 1.0);
+        within[d] = within[d].clamp(0.0, grid.cells[d] as Real - 1.0);
     }
-    let (pressure, u) = (solver.pressure().data(), solver.flow().velocity.each_ref().map(Field::data));
-    domain.sum(interpolate(solver, place, |at| {
-        let [liquid, room] = solver.liquid_and_room(at);
-        [liquid, room, pressure[at], u[0][at], u[1][at], u[2][at]]
-    }))
+    let [liquid, room] = interpolate(solver, within, |at| solver.liquid_and_room(at));
+    // The layer behind a side holds what gives the side, half-way to it, its velocity and pressure.
+    let (p, u) = (solver.pressure().data(), solver.flow().velocity.each_ref().map(Field::data));
+    let [pressure, u1, u2, u3] = interpolate(solver, place, |at| [p[at], u[0][at], u[1][at], u[2][at]]);
+    [liquid, room, pressure, u1, u2, u3]
 }
 
+/// A value in the cells, linear between their centres.
 fn interpolate<const N: usize>(solver: &Solver, place: Vector, value: impl Fn(usize) -> [Real; N]) -> [Real; N] {
     let (domain, layout) = (solver.domain(), solver.pressure());
     let (cells, start) = (domain.cells(), domain.start());

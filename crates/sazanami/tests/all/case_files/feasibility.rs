@@ -119,6 +119,45 @@ fn each_population_takes_its_shape_of_a_bed() {
 }
 
 #[test]
+fn bodies_that_close_the_way_of_the_fluid_are_refused() {
+    let block = |size: &str, velocity: &str, more: &str| {
+        let motion = if velocity == "0" { "fixed" } else { "prescribed" };
+        format!(
+            "{SMALL}[[liquid]]\nallow_touching_grains = true\nregion.box = {{ lower = [\"0 m\", \"0 m\", \"0 m\"], upper = [\"1 mm\", \"1 mm\", \"2 mm\"] }}\n\
+             {more}\n[material.steel]\ndensity = \"7800 kg/m^3\"\n[[grains]]\nname = \"block\"\nshape.box.size = [\"{size} mm\", \"1 mm\", \"0.5 mm\"]\n\
+             placement.list = [{{ position = [\"0.5 mm\", \"0.5 mm\", \"1 mm\"], motion = \"{motion}\", velocity = [\"0 m/s\", \"0 m/s\", \"{velocity} m/s\"] }}]\n"
+        )
+    };
+    let walls = "boundary={ all = \"no_slip\" }";
+    let along = "boundary={ all = \"no_slip\", x3 = \"periodic\" }";
+    let held = "[drive]\nmean_velocity = [\"0 m/s\", \"0 m/s\", \"0.1 m/s\"]";
+    let refused = |text: &str, sides: &str, expected: &str| {
+        let (found, feasible) = feasibility(
+            text,
+            &[sides, "gravity=0 m/s^2", "domain={ size = [\"1 mm\", \"1 mm\", \"3 mm\"], cells = [4, 4, 12] }"],
+            ENOUGH,
+        );
+        assert!(feasible.is_none() && found.iter().any(|f| f.contains(expected)), "{expected}: {found:#?}");
+    };
+    refused(&block("1", "0.02", ""), walls, "grain 0 of `block` moves along x3 and fills the section");
+    refused(&block("1", "0", held), along, "grain 0 of `block` closes the way of the flow along x3");
+    for (text, sides) in [
+        // A gap beside it, at rest, and what goes round with a periodic duct.
+        (block("0.8", "0.02", ""), walls),
+        (block("1", "0", ""), walls),
+        (block("1", "0.02", ""), along),
+        (block("0.8", "0", held), along),
+    ] {
+        let (found, feasible) = feasibility(
+            &text,
+            &[sides, "gravity=0 m/s^2", "domain={ size = [\"1 mm\", \"1 mm\", \"3 mm\"], cells = [4, 4, 12] }"],
+            ENOUGH,
+        );
+        assert!(feasible.is_some(), "{sides}: {found:#?}\n{text}");
+    }
+}
+
+#[test]
 fn beds_are_looked_at_before_the_run() {
     let path = made_bed("places");
     let text = on_bed(&path, &["a", "b"]);
