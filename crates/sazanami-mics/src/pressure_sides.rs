@@ -99,7 +99,8 @@ impl<'a> BoxSides<'a> {
             }
             let (layer, jump) =
                 if side == 0 { (-1, -self.jump[d]) } else { (domain.cells()[d] as isize, self.jump[d]) };
-            let mut range = domain.interior();
+            // Beyond the edges too, which have the jumps of both directions.
+            let mut range = domain.interior().map(|range| range.start - 1..range.end + 1);
             range[d] = layer..layer + 1;
             domain.for_each_row(&range, pressure.data_mut(), |_, p| p.iter_mut().for_each(|p| *p += jump));
         }

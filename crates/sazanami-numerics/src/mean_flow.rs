@@ -67,7 +67,7 @@ pub struct MeanFlowReport {
     pub acceleration: Vector,
     /// Mean velocity of the liquid above the height at its end [m/s].
     pub velocity: Vector,
-    /// What was wanted then [m/s].
+    /// Velocity wanted at that time, none of liquid that is not there [m/s].
     pub wanted: Vector,
     /// Force on that liquid over the area under it \[Pa]: in steady flow the shear stress there.
     pub stress: Vector,
@@ -210,11 +210,10 @@ impl MeanFlow {
         let stress = acceleration * mass / area;
         self.outside = self.outside_after(dt);
         let outside = self.outside;
-        let wanted = self.wanted(self.time);
         if mass <= 0.0 {
-            return MeanFlowReport { acceleration, velocity: Vector::ZERO, wanted, stress, outside };
+            return MeanFlowReport { acceleration, stress, outside, ..MeanFlowReport::default() };
         }
-        let mean = momentum / mass;
+        let (mean, wanted) = (momentum / mass, self.wanted(self.time));
         let lacks = self.in_held_directions(wanted - mean);
         let faster = |d: usize| match self.settings.velocity[d] {
             0.0 => 1.0,

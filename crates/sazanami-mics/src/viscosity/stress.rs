@@ -16,11 +16,7 @@
 //!
 //! # Transposed gradient beside an interface
 //!
-//! What the stress `mu du_d/dx_i` on the face of a viscous cell needs is the change of the velocity in the liquid. Half of a central difference
-//! reaches into the gas beside it, which slides along the surface as it likes: gas that is blown along pushes at the liquid, the surface rises, and
-//! blows the gas on, so that viscous liquid at rest would stir the gas over it by itself. Towards a cell of less viscosity the change therefore counts by
-//! `2 mu'/(mu' + mu)`, the share that leaves the shear stress continuous; the change of a velocity along its own direction, which the surface
-//! carries with it, is that of the side within the liquid.
+//! It takes the change of the velocity in the liquid alone, or gas that slides along the surface would push at it (theory 2).
 
 use std::cell::RefCell;
 use std::ops::Range;
@@ -100,27 +96,29 @@ impl<'a> Line<'a> {
         self.u[2][x] - self.u[0][x]
     }
 
-    /// How much of the change of the velocity from the cell before, and of that to the cell after, the fluid of the cell bears: towards less
-    /// viscosity what the stress of both does.
-    fn borne(&self, x: usize, [gas, slope]: [Real; 2]) -> [Real; 2] {
+    /// How much of the change of the velocity from the cell before, and of that to the cell after, is one of the fluid in the cell:
+    /// `2 mu'/(mu' + mu)` towards a neighbour of less viscosity, else 1.
+    fn shares(&self, x: usize, [gas, slope]: [Real; 2]) -> [Real; 2] {
         let mu = self.c.map(|c| gas + slope * c[x].clamp(0.0, 1.0));
         [mu[0], mu[2]].map(|beside| if beside < mu[1] { 2.0 * beside / (beside + mu[1]) } else { 1.0 })
     }
 
-    /// Twice what a velocity across the line changes by in the fluid of the cell: its shear.
-    fn shear_within(&self, x: usize, viscosity: [Real; 2]) -> Real {
-        match self.borne(x, viscosity) {
-            // To the bit as where all cells are alike.
-            [1.0, 1.0] => self.change(x),
-            [before, after] => before * (self.u[1][x] - self.u[0][x]) + after * (self.u[2][x] - self.u[1][x]),
+    /// Twice what the velocity changes by in the fluid of the cell, and the shares that are not its own.
+    fn change_within(&self, x: usize, viscosity: [Real; 2]) -> [Real; 2] {
+        match self.shares(x, viscosity) {
+            // The same operations, and so the same bits, as where all cells are alike.
+            [1.0, 1.0] => [self.change(x), 0.0],
+            [before, after] => {
+                let change = before * (self.u[1][x] - self.u[0][x]) + after * (self.u[2][x] - self.u[1][x]);
+                [change, 2.0 - before - after]
+            }
         }
     }
 
-    /// Twice what the velocity along the line changes by in the fluid of the cell: its stretching, that of the side which bears it.
+    /// Twice what the velocity along the line changes by in the fluid of the cell: as on the side that is its own.
     fn stretching_within(&self, x: usize, viscosity: [Real; 2]) -> Real {
-        let [before, after] = self.borne(x, viscosity);
-        let sides = before + after;
-        if sides > 0.0 { 2.0 * self.shear_within(x, viscosity) / sides } else { 0.0 }
+        let [change, missing] = self.change_within(x, viscosity);
+        if missing < 2.0 { 2.0 * change / (2.0 - missing) } else { 0.0 }
     }
 }
 
@@ -194,9 +192,11 @@ impl Stress {
                         stress[x] = mu[x] * (across * (u_r[x] - u_l[x]) + along * turned);
                     }
                 } else {
+                    // At a surface that bears no shear the velocity along it changes against that across it.
                     for x in 0..n {
-                        let turned = behind.shear_within(x, self.line) + at.shear_within(x, self.line);
-                        stress[x] = mu[x] * (across * (u_r[x] - u_l[x]) + along * turned);
+                        let [l, r] = [&behind, &at].map(|line| line.change_within(x, self.line));
+                        let own = 1.0 - 0.25 * (l[1] + r[1]);
+                        stress[x] = mu[x] * (across * (u_r[x] - u_l[x]) * own + along * (l[0] + r[0]));
                     }
                 }
             }

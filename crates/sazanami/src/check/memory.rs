@@ -24,8 +24,8 @@ const MEMORY_MEAN: Real = 16.0;
 const MEMORY_SURFACES: Real = 56.0;
 /// Memory of the acceleration that implicit viscous steps see [bytes per cell]: three fields.
 const MEMORY_ACCELERATION: Real = 24.0;
-/// Memory of liquid that has only the open part of the cells as its room [bytes per cell]: fifteen fields.
-const MEMORY_ROOM: Real = 120.0;
+/// Memory of liquid that has only the open part of the cells as its room [bytes per cell]: sixteen fields.
+const MEMORY_ROOM: Real = 128.0;
 /// Memory of a point of a probe's line: values, and their columns \[bytes].
 const MEMORY_POINT: Real = 1e3;
 

@@ -4,54 +4,66 @@ use super::Search;
 use super::placed::Placed;
 use crate::case::meaning::{BoundarySide, GrainPlacement, Motion, SIDE_NAMES};
 
-/// Share of its box round it that a body fills as a block does, and share of a section's width that closes it.
+/// Share of its bounding box from which a body counts as a block.
 const BLOCK: f64 = 0.99;
 
+/// Whether a side lets fluid through at the velocity that it has.
+fn is_open(side: &BoundarySide) -> bool {
+    matches!(side, BoundarySide::Outflow | BoundarySide::FixedPressure { .. })
+}
+
 impl Search<'_> {
-    /// No body may close a section through which fluid has to flow: it would flow through the body.
+    /// No body placed by a list may close a section through which fluid has to flow at another velocity: it would flow through the body.
     pub(super) fn ways_are_free(&mut self, placed: &[Placed]) {
         for grain in placed {
             let GrainPlacement::List(list) = &self.case.grains[grain.population].placement else { continue };
             let listed = &list[grain.index];
-            if listed.motion == Motion::Free {
-                continue;
-            }
-            let velocity = listed.velocity;
             let Some(d) = self.closed_section(grain) else { continue };
-            let (name, span) = self.name(grain);
-            let flow =
-                self.case.mean_flow().filter(|flow| flow.held[d] && !flow.moves_box).map(|flow| flow.velocity[d]);
-            let open = |side: usize| {
-                let side = &self.case.boundary[d][side];
-                !matches!(side, BoundarySide::NoSlip | BoundarySide::Slip | BoundarySide::Moving { .. })
+            let own = match listed.motion {
+                Motion::Free | Motion::WithWalls => continue,
+                Motion::Fixed => 0.0,
+                Motion::Prescribed => listed.velocity[d],
             };
-            if flow.is_some_and(|flow| flow != velocity[d]) {
-                self.report
-                    .error(span, format!("{name} closes the way of the flow along x{}", d + 1))
-                    .label("it fills the section, and `drive.mean_velocity` asks for a flow through it")
-                    .help("make it smaller than the section, or drive the flow by `drive.acceleration`");
-            } else if velocity[d] != 0.0
-                && let Some(side) = (0..2).find(|&side| !open(side))
-            {
-                self.report
-                    .error(span, format!("{name} moves along x{} and fills the section: the fluid has no way", d + 1))
-                    .label(format!("what lies between it and the side {} keeps its volume", SIDE_NAMES[d][side]))
-                    .help(format!(
-                        "leave a gap beside it, or open that side: `boundary.{} = \"outflow\"`",
-                        SIDE_NAMES[d][side]
-                    ));
-            }
+            let held =
+                self.case.mean_flow().filter(|flow| flow.held[d] && !flow.moves_box).map(|flow| flow.velocity[d]);
+            // What lies before a side that is not open moves as that side has it.
+            let before = |side: usize| match &self.case.boundary[d][side] {
+                BoundarySide::Inflow { velocity, .. } => Some((velocity[d], SIDE_NAMES[d][side])),
+                BoundarySide::Periodic => None,
+                side if is_open(side) => None,
+                _ => Some((0.0, SIDE_NAMES[d][side])),
+            };
+            let of_sides = (0..2).filter_map(before).find(|(velocity, _)| *velocity != own);
+            let reason = match (held.filter(|held| *held != own), of_sides) {
+                (Some(held), _) => format!("`drive.mean_velocity` asks for {held} m/s through it"),
+                (None, Some((velocity, side))) => {
+                    format!("the side {side} holds what lies between them at {velocity} m/s")
+                }
+                (None, None) => continue,
+            };
+            let (name, span) = self.name(grain);
+            self.report
+                .error(
+                    span,
+                    format!(
+                        "{name} fills the section normal to x{} and moves at {own} m/s: the fluid has no way",
+                        d + 1
+                    ),
+                )
+                .label(reason)
+                .help("leave a gap of a cell beside it, or open a side");
         }
     }
 
-    /// The direction normal to a section of the box that a body fills.
+    /// The direction normal to a section of the box that a body fills, to half a cell on either side, between sides that are closed.
     fn closed_section(&self, grain: &Placed) -> Option<usize> {
         let [low, high] = self.surface(grain);
-        let (size, room) = (high - low, self.case.domain.extent());
+        let (size, room, cell) = (high - low, self.case.domain.extent(), self.case.domain.grid().spacing);
         let volume = self.shapes[grain.population].volume() * grain.factor.powi(3);
         if volume < BLOCK * size.element_product() {
             return None;
         }
-        (0..3).find(|&d| size[d] < BLOCK * room[d] && (0..3).all(|e| e == d || size[e] >= BLOCK * room[e]))
+        let is_closed = |e: usize| room[e] - size[e] < cell[e] && !self.case.boundary[e].iter().any(is_open);
+        (0..3).find(|&d| room[d] - size[d] >= cell[d] && (0..3).all(|e| e == d || is_closed(e)))
     }
 }

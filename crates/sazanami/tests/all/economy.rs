@@ -90,7 +90,7 @@ fn allocates_nothing(exchange: Exchange) {
             trace_allocations(false);
             (allocations_of_thread() - count, bytes_of_thread() - bytes, report.contacts)
         };
-        // Until every list has met its longest, and the grains lie on each other: no step has taken memory for long.
+        // Until every list has met its longest, that of the contacts that go through a renewal last, and the grains lie on each other.
         let (mut first, mut quiet) = (0, 0);
         for _ in 0..6000 {
             let count = step(false).0;

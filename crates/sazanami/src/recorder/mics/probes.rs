@@ -7,7 +7,7 @@ use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
 
 use crate::assembly::grains::identifier;
-use crate::case::meaning::{Case, Probe, ProbePlace};
+use crate::case::meaning::{BoundarySide, Case, Probe, ProbePlace};
 use crate::columns::{Cell, cells, missing, quantities};
 use crate::recorder::columns::{GAUGE, ProbeColumns};
 use crate::recorder::mics::liquid_share;
@@ -93,10 +93,10 @@ fn measure(case: &Case, solver: &Solver, time: Real, probe: &Probe) -> Vec<Value
     let domain = solver.domain();
     let written @ [_, drift] = case.to_written_frame(time);
     match &probe.place {
-        ProbePlace::Point(point) => cells(AT_POINT, &at_point(solver, *point, drift)).collect(),
+        ProbePlace::Point(point) => cells(AT_POINT, &at_point(case, solver, *point, drift)).collect(),
         ProbePlace::Line { from, to, points } => {
             let last = points.saturating_sub(1).max(1) as Real;
-            let at = |n: usize| at_point(solver, *from + (*to - *from) * (n as Real / last), drift);
+            let at = |n: usize| at_point(case, solver, *from + (*to - *from) * (n as Real / last), drift);
             (0..*points).flat_map(|n| cells(AT_POINT, &at(n)).collect::<Vec<_>>()).collect()
         }
         ProbePlace::Plane { direction, position } => {
@@ -115,17 +115,17 @@ fn measure(case: &Case, solver: &Solver, time: Real, probe: &Probe) -> Vec<Value
 
 /// Values interpolated linearly between cell centres and to the sides of the box; the rank whose part holds the point gives them. `drift`
 /// is the velocity of the tank in the frame that is written [m/s].
-fn at_point(solver: &Solver, point: Vector, drift: Vector) -> AtPoint {
+fn at_point(case: &Case, solver: &Solver, point: Vector, drift: Vector) -> AtPoint {
     let domain = solver.domain();
     let found =
-        if domain.owner_of(point) == domain.communicator().rank() { fields_at(solver, point) } else { [0.0; 6] };
+        if domain.owner_of(point) == domain.communicator().rank() { fields_at(case, solver, point) } else { [0.0; 6] };
     let [liquid, room, pressure, u1, u2, u3] = domain.sum(found);
     let liquid_fraction = if solver.has_open_room() { (room > 0.0).then(|| liquid / room) } else { Some(liquid) };
     AtPoint { liquid_fraction, pressure, velocity: Vector::new(u1, u2, u3) + drift }
 }
 
 /// Liquid and its room, in cell volumes, pressure and velocity at a point of this rank's part.
-fn fields_at(solver: &Solver, point: Vector) -> [Real; 6] {
+fn fields_at(case: &Case, solver: &Solver, point: Vector) -> [Real; 6] {
     let (domain, grid) = (solver.domain(), solver.domain().grid());
     let place = (point - grid.lower) / grid.spacing - 0.5;
     // Between the outermost centres; through periodic sides it goes on.
@@ -134,9 +134,16 @@ fn fields_at(solver: &Solver, point: Vector) -> [Real; 6] {
         within[d] = within[d].clamp(0.0, grid.cells[d] as Real - 1.0);
     }
     let [liquid, room] = interpolate(solver, within, |at| solver.liquid_and_room(at));
-    // The layer behind a side holds what gives the side, half-way to it, its velocity and pressure.
-    let (p, u) = (solver.pressure().data(), solver.flow().velocity.each_ref().map(Field::data));
-    let [pressure, u1, u2, u3] = interpolate(solver, place, |at| [p[at], u[0][at], u[1][at], u[2][at]]);
+    // The layer behind a side holds what gives the side, half-way to it, its velocity and, but for its edges behind open sides, its pressure.
+    let u = solver.flow().velocity.each_ref().map(Field::data);
+    let [u1, u2, u3] = interpolate(solver, place, |at| [u[0][at], u[1][at], u[2][at]]);
+    let is_open = |d: usize| {
+        let side = &case.boundary[d][usize::from(place[d] > within[d])];
+        matches!(side, BoundarySide::Outflow | BoundarySide::FixedPressure { .. })
+    };
+    let of_pressure = Vector::from_array([0, 1, 2].map(|d| if is_open(d) { within[d] } else { place[d] }));
+    let p = solver.pressure().data();
+    let [pressure] = interpolate(solver, of_pressure, |at| [p[at]]);
     [liquid, room, pressure, u1, u2, u3]
 }
 

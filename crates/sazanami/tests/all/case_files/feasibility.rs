@@ -120,8 +120,7 @@ fn each_population_takes_its_shape_of_a_bed() {
 
 #[test]
 fn bodies_that_close_the_way_of_the_fluid_are_refused() {
-    let block = |size: &str, velocity: &str, more: &str| {
-        let motion = if velocity == "0" { "fixed" } else { "prescribed" };
+    let block = |size: &str, motion: &str, velocity: &str, more: &str| {
         format!(
             "{SMALL}[[liquid]]\nallow_touching_grains = true\nregion.box = {{ lower = [\"0 m\", \"0 m\", \"0 m\"], upper = [\"1 mm\", \"1 mm\", \"2 mm\"] }}\n\
              {more}\n[material.steel]\ndensity = \"7800 kg/m^3\"\n[[grains]]\nname = \"block\"\nshape.box.size = [\"{size} mm\", \"1 mm\", \"0.5 mm\"]\n\
@@ -131,28 +130,36 @@ fn bodies_that_close_the_way_of_the_fluid_are_refused() {
     let walls = "boundary={ all = \"no_slip\" }";
     let along = "boundary={ all = \"no_slip\", x3 = \"periodic\" }";
     let held = "[drive]\nmean_velocity = [\"0 m/s\", \"0 m/s\", \"0.1 m/s\"]";
+    let through = "boundary={ all = \"no_slip\", x3_lower = { inflow = { velocity = [\"0 m/s\", \"0 m/s\", \"0.1 m/s\"] } }, x3_upper = \"outflow\" }";
+    let open = "boundary={ all = \"no_slip\", x1_upper = \"outflow\" }";
+    let longer = "domain={ size = [\"1 mm\", \"1 mm\", \"3 mm\"], cells = [4, 4, 12] }";
     let refused = |text: &str, sides: &str, expected: &str| {
-        let (found, feasible) = feasibility(
-            text,
-            &[sides, "gravity=0 m/s^2", "domain={ size = [\"1 mm\", \"1 mm\", \"3 mm\"], cells = [4, 4, 12] }"],
-            ENOUGH,
-        );
+        let (found, feasible) = feasibility(text, &[sides, "gravity=0 m/s^2", longer], ENOUGH);
         assert!(feasible.is_none() && found.iter().any(|f| f.contains(expected)), "{expected}: {found:#?}");
     };
-    refused(&block("1", "0.02", ""), walls, "grain 0 of `block` moves along x3 and fills the section");
-    refused(&block("1", "0", held), along, "grain 0 of `block` closes the way of the flow along x3");
-    for (text, sides) in [
-        // A gap beside it, at rest, and what goes round with a periodic duct.
-        (block("0.8", "0.02", ""), walls),
-        (block("1", "0", ""), walls),
-        (block("1", "0.02", ""), along),
-        (block("0.8", "0", held), along),
+    for (size, motion, velocity, more, sides) in [
+        ("1", "prescribed", "0.02", "", walls),
+        ("0.8", "prescribed", "0.02", "", walls),
+        ("1", "fixed", "0", held, along),
+        ("1", "fixed", "0.1", held, along),
+        ("1", "fixed", "0", "", through),
+        ("1", "prescribed", "0.05", "", through),
     ] {
-        let (found, feasible) = feasibility(
-            &text,
-            &[sides, "gravity=0 m/s^2", "domain={ size = [\"1 mm\", \"1 mm\", \"3 mm\"], cells = [4, 4, 12] }"],
-            ENOUGH,
-        );
+        refused(&block(size, motion, velocity, more), sides, "grain 0 of `block` fills the section normal to x3");
+    }
+    for (size, motion, velocity, more, sides) in [
+        // A gap of a cell beside it, at rest, what goes round with a periodic duct or through with the stream, and an open top.
+        ("0.7", "prescribed", "0.02", "", walls),
+        ("1", "fixed", "0", "", walls),
+        ("1", "fixed", "0.1", "", walls),
+        ("1", "prescribed", "0.02", "", along),
+        ("1", "prescribed", "0.1", held, along),
+        ("1", "prescribed", "0.1", "", through),
+        ("0.7", "fixed", "0", held, along),
+        ("1", "prescribed", "0.02", "", open),
+    ] {
+        let text = block(size, motion, velocity, more);
+        let (found, feasible) = feasibility(&text, &[sides, "gravity=0 m/s^2", longer], ENOUGH);
         assert!(feasible.is_some(), "{sides}: {found:#?}\n{text}");
     }
 }
