@@ -40,6 +40,8 @@ pub(super) struct Source<'a> {
     pub transposed: Transposed,
 }
 
+/// Difference of viscosities, relative, that traces of one fluid in the other make.
+const ALIKE: Real = 1e-6;
 /// Planes of cells in one parallel task.
 const DEPTH: usize = 8;
 
@@ -60,6 +62,8 @@ pub(super) struct Stress {
 struct FaceRow {
     mu: Vec<Real>,
     stress: [Vec<Real>; 3],
+    /// Sums over the cells on both sides: changes of the velocity, and the shares of them.
+    turned: [Vec<Real>; 2],
 }
 
 /// Stresses on the faces around a row of cells, and the sums for that row: divergence of the stress, and face
@@ -86,9 +90,13 @@ impl<'a> Line<'a> {
         Self { c: places.map(|at| &c[at..at + n]), u: places.map(|at| &u[at..at + n]) }
     }
 
-    /// Whether all of its cells have the same liquid fraction.
-    fn is_even(&self, fraction: Real) -> bool {
-        self.c.iter().all(|c| c.iter().all(|&c| c == fraction))
+    /// Whether all of its cells have so nearly this liquid fraction that their viscosities count as alike.
+    fn is_even(&self, fraction: Real, [gas, slope]: [Real; 2]) -> bool {
+        let fraction = fraction.clamp(0.0, 1.0);
+        let apart = 0.5 * ALIKE * (gas + slope * fraction);
+        let differ = |c: &Real| u64::from((slope * (c.clamp(0.0, 1.0) - fraction)).abs() >= apart);
+        // Counted, not searched for, in lanes.
+        self.c.iter().map(|c| c.iter().map(differ).sum::<u64>()).sum::<u64>() == 0
     }
 
     /// Twice what the velocity changes by from one cell to the next.
@@ -96,35 +104,28 @@ impl<'a> Line<'a> {
         self.u[2][x] - self.u[0][x]
     }
 
-    /// How much of the change of the velocity from the cell before, and of that to the cell after, is one of the fluid in the cell:
-    /// `2 mu'/(mu' + mu)` towards a neighbour of less viscosity, else 1.
-    fn shares(&self, x: usize, [gas, slope]: [Real; 2]) -> [Real; 2] {
-        let mu = self.c.map(|c| gas + slope * c[x].clamp(0.0, 1.0));
-        [mu[0], mu[2]].map(|beside| if beside < mu[1] { 2.0 * beside / (beside + mu[1]) } else { 1.0 })
-    }
-
-    /// Twice what the velocity changes by in the fluid of the cell, and the shares that are not its own.
-    fn change_within(&self, x: usize, viscosity: [Real; 2]) -> [Real; 2] {
-        match self.shares(x, viscosity) {
-            // The same operations, and so the same bits, as where all cells are alike.
-            [1.0, 1.0] => [self.change(x), 0.0],
-            [before, after] => {
-                let change = before * (self.u[1][x] - self.u[0][x]) + after * (self.u[2][x] - self.u[1][x]);
-                [change, 2.0 - before - after]
-            }
+    /// Calls `add` for each cell with twice what the velocity changes by in the fluid of the cell, and the shares `w` of the changes from the
+    /// cell before and to the cell after, both together, that are changes of this fluid: `2 mu'/(mu' + mu)` towards a neighbour of less viscosity,
+    /// 1 towards one that is alike or more viscous.
+    #[inline(always)]
+    fn for_each_change(&self, n: usize, [gas, slope]: [Real; 2], mut add: impl FnMut(usize, Real, Real)) {
+        let ([c0, c1, c2], [u0, u1, u2]) = (self.c.map(|c| &c[..n]), self.u.map(|u| &u[..n]));
+        let mu = |c: Real| gas + slope * c.clamp(0.0, 1.0);
+        for x in 0..n {
+            let (before, own, after) = (mu(c0[x]), mu(c1[x]), mu(c2[x]));
+            let share = |beside: Real| if beside < (1.0 - ALIKE) * own { 2.0 * beside / (beside + own) } else { 1.0 };
+            let (before, after) = (share(before), share(after));
+            // The same operation, and so the same bits, as where all cells are alike.
+            let whole = before + after == 2.0;
+            let part = before * (u1[x] - u0[x]) + after * (u2[x] - u1[x]);
+            add(x, if whole { u2[x] - u0[x] } else { part }, before + after);
         }
-    }
-
-    /// Twice what the velocity along the line changes by in the fluid of the cell: as on the side that is its own.
-    fn stretching_within(&self, x: usize, viscosity: [Real; 2]) -> Real {
-        let [change, missing] = self.change_within(x, viscosity);
-        if missing < 2.0 { 2.0 * change / (2.0 - missing) } else { 0.0 }
     }
 }
 
 impl FaceRow {
     fn reserve(&mut self, width: usize) {
-        for values in [&mut self.mu].into_iter().chain(&mut self.stress) {
+        for values in [&mut self.mu].into_iter().chain(&mut self.stress).chain(&mut self.turned) {
             if values.len() < width {
                 values.resize(width, 0.0);
             }
@@ -163,8 +164,9 @@ impl Stress {
         let (at, n) = (cells.start, cells.len());
         let behind = at - self.strides[d] as usize;
         let (c_l, c_r) = (&c[behind..behind + n], &c[at..at + n]);
-        let FaceRow { mu, stress } = row;
+        let FaceRow { mu, stress, turned } = row;
         let mu = &mut mu[..n];
+        let [turned, shares] = turned.each_mut().map(|values| &mut values[..n]);
         let [gas, slope] = self.line;
         for i in 0..n {
             let (l, r) = (c_l[i].clamp(0.0, 1.0), c_r[i].clamp(0.0, 1.0));
@@ -175,6 +177,11 @@ impl Stress {
             mu[i] = 2.0 * thin * thick / (thin + thick + across);
         }
         let across = self.per_width[d];
+        let lines = |i: usize, of: usize| [behind, at].map(|at| Line::along(c, u[of], at, self.strides[i] as usize, n));
+        // Along each direction of the face: whether its cells and those beside them are all alike, as nearly everywhere.
+        let is_even: [bool; 3] = std::array::from_fn(|i| {
+            transposed != Transposed::Left && i != d && lines(i, d).iter().all(|line| line.is_even(c_l[0], self.line))
+        });
         for (i, stress) in stress.iter_mut().enumerate() {
             let stress = &mut stress[..n];
             let (u_l, u_r) = (&u[i][behind..behind + n], &u[i][at..at + n]);
@@ -183,37 +190,41 @@ impl Stress {
                 for x in 0..n {
                     stress[x] = mu[x] * factor * (u_r[x] - u_l[x]);
                 }
+                continue;
+            }
+            let (along, [l, r]) = (0.25 * self.per_width[i], lines(i, d));
+            if is_even[i] {
+                for x in 0..n {
+                    stress[x] = mu[x] * (across * (u_r[x] - u_l[x]) + along * (l.change(x) + r.change(x)));
+                }
             } else {
-                let (along, s) = (0.25 * self.per_width[i], self.strides[i] as usize);
-                let (behind, at) = (Line::along(c, u[d], behind, s, n), Line::along(c, u[d], at, s, n));
-                if behind.is_even(behind.c[0][0]) && at.is_even(behind.c[0][0]) {
-                    for x in 0..n {
-                        let turned = behind.change(x) + at.change(x);
-                        stress[x] = mu[x] * (across * (u_r[x] - u_l[x]) + along * turned);
-                    }
-                } else {
-                    // At a surface that bears no shear the velocity along it changes against that across it.
-                    for x in 0..n {
-                        let [l, r] = [&behind, &at].map(|line| line.change_within(x, self.line));
-                        let own = 1.0 - 0.25 * (l[1] + r[1]);
-                        stress[x] = mu[x] * (across * (u_r[x] - u_l[x]) * own + along * (l[0] + r[0]));
-                    }
+                l.for_each_change(n, self.line, |x, change, share| (turned[x], shares[x]) = (change, share));
+                r.for_each_change(n, self.line, |x, change, share| {
+                    turned[x] += change;
+                    shares[x] += share;
+                });
+                // At a surface that bears no shear the velocity along it changes against that across it.
+                for x in 0..n {
+                    let whole = across * (u_r[x] - u_l[x]);
+                    stress[x] = mu[x] * (whole * (0.25 * shares[x]) + along * turned[x]);
                 }
             }
         }
         if transposed == Transposed::AtInterface {
             let normal = &mut stress[d][..n];
-            for (i, u) in u.iter().enumerate().filter(|(i, _)| *i != d) {
-                let (along, s) = (0.25 * self.per_width[i], self.strides[i] as usize);
-                let (behind, at) = (Line::along(c, u, behind, s, n), Line::along(c, u, at, s, n));
-                if behind.is_even(behind.c[0][0]) && at.is_even(behind.c[0][0]) {
+            for i in (0..3).filter(|&i| i != d) {
+                let (along, [l, r]) = (0.25 * self.per_width[i], lines(i, i));
+                if is_even[i] {
                     for x in 0..n {
-                        normal[x] -= mu[x] * along * (behind.change(x) + at.change(x));
+                        normal[x] -= mu[x] * along * (l.change(x) + r.change(x));
                     }
                 } else {
+                    // The surface carries the velocity through it: that of the side which is the cell's own.
+                    let stretching = |change: Real, share: Real| if share > 0.0 { 2.0 * change / share } else { 0.0 };
+                    l.for_each_change(n, self.line, |x, change, share| turned[x] = stretching(change, share));
+                    r.for_each_change(n, self.line, |x, change, share| turned[x] += stretching(change, share));
                     for x in 0..n {
-                        let turned = behind.stretching_within(x, self.line) + at.stretching_within(x, self.line);
-                        normal[x] -= mu[x] * along * turned;
+                        normal[x] -= mu[x] * along * turned[x];
                     }
                 }
             }

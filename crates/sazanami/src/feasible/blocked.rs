@@ -7,11 +7,6 @@ use crate::case::meaning::{BoundarySide, GrainPlacement, Motion, SIDE_NAMES};
 /// Share of its bounding box from which a body counts as a block.
 const BLOCK: f64 = 0.99;
 
-/// Whether a side lets fluid through at the velocity that it has.
-fn is_open(side: &BoundarySide) -> bool {
-    matches!(side, BoundarySide::Outflow | BoundarySide::FixedPressure { .. })
-}
-
 impl Search<'_> {
     /// No body placed by a list may close a section through which fluid has to flow at another velocity: it would flow through the body.
     pub(super) fn ways_are_free(&mut self, placed: &[Placed]) {
@@ -30,7 +25,7 @@ impl Search<'_> {
             let before = |side: usize| match &self.case.boundary[d][side] {
                 BoundarySide::Inflow { velocity, .. } => Some((velocity[d], SIDE_NAMES[d][side])),
                 BoundarySide::Periodic => None,
-                side if is_open(side) => None,
+                side if side.is_open() => None,
                 _ => Some((0.0, SIDE_NAMES[d][side])),
             };
             let of_sides = (0..2).filter_map(before).find(|(velocity, _)| *velocity != own);
@@ -63,7 +58,8 @@ impl Search<'_> {
         if volume < BLOCK * size.element_product() {
             return None;
         }
-        let is_closed = |e: usize| room[e] - size[e] < cell[e] && !self.case.boundary[e].iter().any(is_open);
+        let is_closed =
+            |e: usize| room[e] - size[e] < cell[e] && !self.case.boundary[e].iter().any(BoundarySide::is_open);
         (0..3).find(|&d| room[d] - size[d] >= cell[d] && (0..3).all(|e| e == d || is_closed(e)))
     }
 }

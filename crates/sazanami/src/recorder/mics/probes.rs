@@ -7,7 +7,7 @@ use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
 
 use crate::assembly::grains::identifier;
-use crate::case::meaning::{BoundarySide, Case, Probe, ProbePlace};
+use crate::case::meaning::{Case, Probe, ProbePlace};
 use crate::columns::{Cell, cells, missing, quantities};
 use crate::recorder::columns::{GAUGE, ProbeColumns};
 use crate::recorder::mics::liquid_share;
@@ -137,10 +137,7 @@ fn fields_at(case: &Case, solver: &Solver, point: Vector) -> [Real; 6] {
     // The layer behind a side holds what gives the side, half-way to it, its velocity and, but for its edges behind open sides, its pressure.
     let u = solver.flow().velocity.each_ref().map(Field::data);
     let [u1, u2, u3] = interpolate(solver, place, |at| [u[0][at], u[1][at], u[2][at]]);
-    let is_open = |d: usize| {
-        let side = &case.boundary[d][usize::from(place[d] > within[d])];
-        matches!(side, BoundarySide::Outflow | BoundarySide::FixedPressure { .. })
-    };
+    let is_open = |d: usize| case.boundary[d][usize::from(place[d] > within[d])].is_open();
     let of_pressure = Vector::from_array([0, 1, 2].map(|d| if is_open(d) { within[d] } else { place[d] }));
     let p = solver.pressure().data();
     let [pressure] = interpolate(solver, of_pressure, |at| [p[at]]);

@@ -23,8 +23,7 @@ impl Rim {
     /// The rim of a tank whose particles interact within `cutoff` \[m]; none if it is closed, or has no walls that water
     /// could stand at.
     pub fn of(case: &Case, cutoff: Real) -> Option<Self> {
-        let is_open = |side: BoundarySide| matches!(side, BoundarySide::Outflow | BoundarySide::FixedPressure { .. });
-        let is_wall = |side: BoundarySide| side != BoundarySide::Periodic && !is_open(side);
+        let is_wall = |side: BoundarySide| side != BoundarySide::Periodic && !side.is_open();
         let has_wall = |d: usize| case.boundary[d].iter().any(|&side| is_wall(side));
         let (lower, upper) = (case.domain.lower, case.domain.upper);
         let [left, right] = case.boundary[0].map(is_wall);
@@ -36,7 +35,7 @@ impl Rim {
                 if right { upper.x - cutoff } else { Real::INFINITY },
             ],
         };
-        is_open(case.boundary[2][1]).then_some(Self { height: upper.z, free, above: 0, level: None })
+        case.boundary[2][1].is_open().then_some(Self { height: upper.z, free, above: 0, level: None })
     }
 
     /// Measures the water and its surface.
