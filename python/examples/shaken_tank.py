@@ -1,6 +1,6 @@
 """A shaken tank: water over a bed of spheres, and what the ripple analysis says of its surface.
 
-Run it as a script, or cell by cell in an editor that knows ``# %%``. It takes about a minute.
+Run it as a script, or cell by cell in an editor that knows ``# %%``. It takes less than a minute.
 """
 
 # %% A short and narrow tank of the template
@@ -31,7 +31,7 @@ case.set(
             "grains": {"every": "0.1 s"},
             "figures": {"at": []},
         },
-        "run.until": "0.3 s",
+        "run.until": "0.2 s",
     }
 )
 check = case.check()

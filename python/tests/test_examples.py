@@ -36,7 +36,7 @@ def test_crater(tmp_path):
 def test_repose_angle(tmp_path):
     text = printed("repose_angle", tmp_path)
     angles = [float(found) for found in re.findall(r"friction [\d.]+: ([-\d.]+) \+- [\d.]+ degrees", text)]
-    assert len(angles) == 3 and angles == sorted(angles) and 0.0 < angles[0] < 20.0 < angles[2] < 45.0
+    assert len(angles) == 2 and 0.0 < angles[0] < 20.0 < angles[1] < 45.0
     assert 0.2 < float(re.search(r"friction of about ([\d.]+)", text)[1]) < 0.4
 
 

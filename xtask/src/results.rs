@@ -59,20 +59,29 @@ fn read_summary(folder: &Path) -> Result<Value, Problem> {
 
 /// The number at `path`, entries and indices parted by dots.
 fn number(summary: &Value, path: &str) -> Result<f64, Problem> {
-    let found = path.split('.').try_fold(summary, |at, key| match key.parse::<usize>() {
+    entry(summary, path).and_then(Value::as_f64).ok_or(format!("a summary has no number `{path}`"))
+}
+
+fn entry<'a>(summary: &'a Value, path: &str) -> Option<&'a Value> {
+    path.split('.').try_fold(summary, |at, key| match key.parse::<usize>() {
         Ok(index) => at.get(index),
         Err(_) => at.get(key),
-    });
-    found.and_then(Value::as_f64).ok_or(format!("a summary has no number `{path}`"))
+    })
 }
 
 /// `{path}`, `{path/other}`, `{path*1000:.1}` in a text become numbers of the summary: `.2` with two digits behind the point, `e` with an
-/// exponent and two digits, `,` in groups of three.
+/// exponent and two digits, `,` in groups of three. `{path?yes|no}` becomes one of the words.
 fn filled(text: &str, summary: &Value) -> Result<String, Problem> {
     let Some((before, rest)) = text.split_once('{') else {
         return Ok(text.to_owned());
     };
     let (inner, after) = rest.split_once('}').ok_or(format!("`{text}` opens a brace and does not close it"))?;
+    if let Some((path, words)) = inner.split_once('?') {
+        let (yes, no) = words.split_once('|').ok_or(format!("`{inner}` has no words parted by `|`"))?;
+        let holds =
+            entry(summary, path).and_then(Value::as_bool).ok_or(format!("a summary says nothing of `{path}`"))?;
+        return Ok(format!("{before}{}{}", if holds { yes } else { no }, filled(after, summary)?));
+    }
     let (value, form) = inner.split_once(':').unwrap_or((inner, ".0"));
     let (value, factor) = value.split_once('*').unwrap_or((value, "1"));
     let (value, over) = value.split_once('/').map_or((value, None), |(value, over)| (value, Some(over)));
@@ -167,20 +176,26 @@ fn with_tables(text: &str, table: impl Fn(&str) -> Result<String, Problem>) -> R
     Ok(fresh + rest)
 }
 
-/// Makes the runs of the names given, or lists all of them; `--keep` takes what they give into the repository. Returns the exit code: 1 if
+/// Makes the runs of the names given, with `--all` every one, or lists them; `--keep` takes what they give into the repository. Returns the exit code: 1 if
 /// one differs from its summary by more than its `run.toml` says.
 pub fn run(arguments: &[String]) -> u8 {
     let keep = arguments.iter().any(|argument| argument == "--keep");
-    if let Some(unknown) = arguments.iter().find(|argument| argument.starts_with("--") && *argument != "--keep") {
-        eprintln!("error: there is no option `{unknown}`: `--keep` or none");
+    let known = ["--keep", "--all"];
+    if let Some(unknown) =
+        arguments.iter().find(|argument| argument.starts_with("--") && !known.contains(&&***argument))
+    {
+        eprintln!("error: there is no option `{unknown}`: `--keep`, `--all` or none");
         return 2;
     }
-    let names: Vec<&String> = arguments.iter().filter(|argument| !argument.starts_with("--")).collect();
+    let mut names: Vec<String> = arguments.iter().filter(|argument| !argument.starts_with("--")).cloned().collect();
+    if arguments.iter().any(|argument| argument == "--all") {
+        names = all_runs();
+    }
     if names.is_empty() {
         return list();
     }
     let mut code = 0;
-    for name in names {
+    for name in &names {
         match make(&root(), name, keep) {
             Ok(differences) => {
                 differences.iter().for_each(|line| println!("{line}"));
@@ -195,12 +210,18 @@ pub fn run(arguments: &[String]) -> u8 {
     code
 }
 
+/// Names of the runs.
+fn all_runs() -> Vec<String> {
+    let entries = std::fs::read_dir(root().join(RUNS)).into_iter().flatten().flatten();
+    let mut names: Vec<String> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
 /// Lists the runs.
 fn list() -> u8 {
     let root = root();
-    let mut names: Vec<_> = std::fs::read_dir(root.join(RUNS)).into_iter().flatten().flatten().collect();
-    names.sort_by_key(std::fs::DirEntry::file_name);
-    for name in names.iter().map(|entry| entry.file_name().to_string_lossy().into_owned()) {
+    for name in all_runs() {
         match Run::read(&root, &name) {
             Ok(run) => println!("{name:28} {} {}", run.case, run.set.join(" ")),
             Err(problem) => eprintln!("{problem}"),
@@ -293,6 +314,9 @@ mod tests {
         let summary = serde_json::json!({ "a": { "b": [1234.5, -2e-9] }, "n": 30900, "none": null });
         assert_eq!(filled("V = {a.b.0:.2} of {n:,}", &summary).unwrap(), "V = 1234.50 of 30,900");
         assert_eq!(filled("{a.b.1:e}, {a.b.0/n*100:.1} %", &summary).unwrap(), "-2.0e-9, 4.0 %");
+        let rest = serde_json::json!({ "rest": true, "n": 1 });
+        assert_eq!(filled("{rest?yes|no}, {n}", &rest).unwrap(), "yes, 1");
+        assert!(filled("{n?yes|no}", &rest).is_err());
         assert!(filled("{none}", &summary).unwrap_err().contains("no number `none`"));
         assert!(filled("{n", &summary).is_err() && filled("{n:x}", &summary).is_err());
     }

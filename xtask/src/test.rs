@@ -2,6 +2,7 @@
 
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 use crate::{cargo, exit_code, tidy};
 
@@ -15,28 +16,23 @@ enum Outcome {
 pub fn run(arguments: &[String]) -> u8 {
     let locked = arguments.iter().any(|argument| argument == "--locked");
     let mut closing = Vec::new();
+    let warnings = ["clippy", "--release", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"];
     let stages = [
-        ("fmt", component("fmt", &["fmt", "--all", "--", "--check"], locked)),
-        ("tidy", Outcome::Ran(tidy::run(locked))),
-        (
-            "clippy",
-            component(
-                "clippy",
-                &["clippy", "--release", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"],
-                locked,
-            ),
-        ),
-        ("doc", Outcome::Ran(documentation(locked))),
-        ("tests", Outcome::Ran(tests(arguments, &mut closing))),
+        ("fmt", timed(|| component("fmt", &["fmt", "--all", "--", "--check"], locked))),
+        ("tidy", timed(|| Outcome::Ran(tidy::run(locked)))),
+        ("clippy", timed(|| component("clippy", &warnings, locked))),
+        ("doc", timed(|| Outcome::Ran(documentation(locked)))),
+        ("tests", timed(|| Outcome::Ran(tests(arguments, &mut closing)))),
     ];
     println!();
     closing.iter().for_each(|line| println!("{line}"));
     println!("{}", total(&closing));
     let mut worst = 0;
-    for (name, outcome) in stages {
+    for (name, (outcome, time)) in stages {
+        let seconds = time.as_secs();
         match outcome {
-            Outcome::Ran(0) => println!("{name}: ok"),
-            Outcome::Ran(code) => println!("{name}: FAILED (exit code {code})"),
+            Outcome::Ran(0) => println!("{name}: ok, {seconds} s"),
+            Outcome::Ran(code) => println!("{name}: FAILED (exit code {code}), {seconds} s"),
             Outcome::NotInstalled => println!("{name}: skipped, the component is not installed"),
         }
         if let Outcome::Ran(code) = outcome {
@@ -44,6 +40,12 @@ pub fn run(arguments: &[String]) -> u8 {
         }
     }
     worst
+}
+
+/// The outcome of a stage and how long it took.
+fn timed(stage: impl FnOnce() -> Outcome) -> (Outcome, Duration) {
+    let begin = Instant::now();
+    (stage(), begin.elapsed())
 }
 
 /// Runs a cargo component where it is installed.

@@ -71,7 +71,7 @@ pub(crate) fn whole_case(communicator: Box<dyn Communicator>) -> Result<(Case, S
     let mut bed = GatheredBed::default();
     bed.gather(&domain, engine.grains(), engine.time());
     let bodies: Vec<Body> = shapes.iter().map(Body::of).collect();
-    let height = bed_profile::height_near(&bed.view(&bodies), case.bed.axis, case.bed.height_radius);
+    let height = bed_profile::height_near(&bed.view(&bodies), &case.ground(), case.bed.axis, case.bed.height_radius);
     // Rank 0 alone has gathered the bed.
     let height = domain.max(height.unwrap_or(case.domain.lower.z));
     let solver = build(&case, domain, Some((engine, Arc::clone(&shapes))), height)?;

@@ -11,6 +11,7 @@ use sazanami_mics::viscosity::ViscosityScheme;
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
 use sazanami_numerics::mean_flow::{ActsBy, MeanFlowSettings};
 use sazanami_numerics::{Real, Vector};
+use sazanami_observe::Ground;
 use serde_json::json;
 
 use crate::key::{KeyDoc, ValueDoc};
@@ -264,24 +265,25 @@ impl Case {
         self.particles.as_ref().expect("a case of moving particles says how they are")
     }
 
-    /// Body force per mass in the frame of positions at `time` [m/s^2]: gravity less the frame's acceleration, and what drives the
-    /// flow beside a mean velocity that is held.
+    /// Mean body force per mass in the frame of positions from one time to another \[s], at it if they are the same [m/s^2]: gravity less the
+    /// frame's acceleration, and what drives the flow beside a mean velocity that is held. Over a step it gives what is in the box the
+    /// velocity that the motion has at its end, however fast that changes.
     #[must_use]
-    pub fn effective_gravity(&self, time: Real) -> Vector {
-        let gravity = self.frame.as_ref().map_or(self.gravity, |frame| self.gravity - frame.acceleration_at(time));
-        self.drive.map_or(gravity, |drive| gravity + drive.acceleration_at(time))
+    pub fn effective_gravity(&self, over: [Real; 2]) -> Vector {
+        let gravity = self.frame.as_ref().map_or(self.gravity, |frame| self.gravity - frame.mean_acceleration(over));
+        self.drive.map_or(gravity, |drive| gravity + drive.mean_acceleration(over))
     }
 
     /// The part of it that acts on grains by the volume of water that they displace [m/s^2].
     #[must_use]
-    pub fn force_by_volume(&self, time: Real) -> Vector {
-        self.drive.map_or(Vector::ZERO, |drive| drive.by_volume(drive.acceleration_at(time)))
+    pub fn force_by_volume(&self, over: [Real; 2]) -> Vector {
+        self.drive.map_or(Vector::ZERO, |drive| drive.by_volume(drive.mean_acceleration(over)))
     }
 
     /// The rest of it, which acts on all by mass [m/s^2].
     #[must_use]
-    pub fn force_by_mass(&self, time: Real) -> Vector {
-        self.effective_gravity(time) - self.force_by_volume(time)
+    pub fn force_by_mass(&self, over: [Real; 2]) -> Vector {
+        self.effective_gravity(over) - self.force_by_volume(over)
     }
 
     /// The mean velocity that is held, if one is.
@@ -343,6 +345,14 @@ impl Case {
     #[must_use]
     pub fn periodic(&self) -> [bool; 3] {
         self.boundary.map(|pair| pair[0] == BoundarySide::Periodic)
+    }
+
+    /// The plan of the box.
+    #[must_use]
+    pub fn ground(&self) -> Ground {
+        let corner = |v: Vector| [v.x, v.y];
+        let [x, y, _] = self.periodic();
+        Ground { lower: corner(self.domain.lower), upper: corner(self.domain.upper), periodic: [x, y] }
     }
 
     /// Heading of pictures: the title, or the name of a case without one.

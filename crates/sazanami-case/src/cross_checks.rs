@@ -14,7 +14,9 @@ use crate::plausible;
 use crate::presets::Solver;
 use crate::read::Context;
 use crate::surface_tension;
-use crate::tables::{BoundarySide, GrainPlacement, OutputFrame, Population, PressureForm, RunEnd, place_of_side};
+use crate::tables::{
+    BoundarySide, GrainPlacement, OutputFrame, Population, PressureForm, RunEnd, TankMotion, place_of_side,
+};
 use crate::units::rounded;
 
 /// Reports what does not fit together across the tables of a case.
@@ -34,6 +36,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
             .help("leave out `packing_only`, or add `placement.packed = {}` to the grains");
     }
     check_late_outputs(case, cx);
+    check_end_of_motion(case, cx);
     plausible::check(case, cx);
     check_velocity_fields(case, cx);
     check_rest(case, cx);
@@ -48,6 +51,21 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     driven::check(case, cx);
     driven::check_fall(case, cx);
     liquids_at_walls::check(case, cx);
+}
+
+/// Warns of a recorded motion that ends before the run and not at rest.
+fn check_end_of_motion(case: &Case, cx: &mut Context<'_>) {
+    let Some(TankMotion::File { curve, .. }) = case.frame.as_ref().and_then(|frame| frame.motion.as_ref()) else {
+        return;
+    };
+    let end = curve.range()[1];
+    let speed = curve.at(end)[1];
+    if case.run.until > end && speed != 0.0 {
+        cx.report
+            .warning(cx.places.of("frame.motion.file"), "the motion of the tank ends before the run")
+            .label(format!("its last time is {} s, and the box goes on at {} m/s", rounded(end), rounded(speed)))
+            .help("give a longer record, or end the run with it");
+    }
 }
 
 /// Warns of outputs that are asked for after the end of the run.

@@ -120,7 +120,7 @@ fn check_sides(case: &Case, cx: &mut Context<'_>) {
 fn check_spheres(case: &Case, cx: &mut Context<'_>) {
     let held = case.mean_flow().is_some_and(|flow| flow.held[2]);
     let falls = case.boundary[2][0] == BoundarySide::Periodic
-        && case.effective_gravity(0.0).z != 0.0
+        && case.effective_gravity([0.0; 2]).z != 0.0
         && !held
         && resists(case, 2);
     if let Some(n) = case.grains.iter().position(|population| falls && population.has_free_grains()) {

@@ -128,6 +128,13 @@ pub fn rounded(value: Real) -> String {
     if short == 0.0 || (1e-3..1e6).contains(&short.abs()) { format!("{short}") } else { format!("{short:e}") }
 }
 
+/// A value and its uncertainty for people, to the two digits that the uncertainty has.
+#[must_use]
+pub fn with_bar(value: Real, bar: Real) -> [String; 2] {
+    let digits = if bar > 0.0 { (1.0 - bar.log10().floor()).clamp(0.0, 9.0) } else { 2.0 };
+    [value, bar].map(|amount| format!("{amount:.*}", digits as usize))
+}
+
 /// Relative distance within which a value equals an end of a range: round-off of numbers that are written and computed.
 pub(crate) const SAME: Real = 1e-9;
 
@@ -516,5 +523,18 @@ mod tests {
         assert!(error("1 m^").message.contains("whole number"));
         assert!(error("1 (m").message.contains("bracket"));
         assert!(error("1e999 m").message.contains("finite"));
+    }
+
+    #[test]
+    fn an_uncertainty_has_two_digits_and_its_value_no_more() {
+        let text = |value: Real, bar: Real| with_bar(value, bar).join(" +- ");
+        assert_eq!(
+            [text(936.83, 7.391), text(70.033, 1.0), text(97.14, 9.53)],
+            ["936.8 +- 7.4", "70.0 +- 1.0", "97.1 +- 9.5"]
+        );
+        assert_eq!(
+            [text(113.6, 10.9), text(2345.6, 213.0), text(0.4, 0.0)],
+            ["114 +- 11", "2346 +- 213", "0.40 +- 0.00"]
+        );
     }
 }

@@ -5,16 +5,34 @@ use std::ops::Range;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{max_over, sum_over};
 
-use crate::{BedView, Body, Horizontal};
+use crate::{BedView, Body, Ground, Horizontal};
 
-/// Highest node \[m] of the grains within `radius` \[m] of the vertical through `axis`: `H_s` of the paper.
+/// Highest node \[m] of the grains within `radius` \[m] of the vertical through `axis`: `H_s` of the paper. Where no node is that near, the
+/// highest surface on the axis.
 ///
-/// `None` if no node is that near.
+/// `None` if there is none either.
 #[must_use]
-pub fn height_near(bed: &BedView, axis: Horizontal, radius: Real) -> Option<Real> {
-    let near = |node: &Vector| (node.x - axis[0]).hypot(node.y - axis[1]) <= radius;
+pub fn height_near(bed: &BedView, ground: &Ground, axis: Horizontal, radius: Real) -> Option<Real> {
+    let way = |node: Vector| ground.from_axis(axis, node);
+    let near = |node: &Vector| way(*node)[0].hypot(way(*node)[1]) <= radius;
     let highest = |grain| bed.nodes_of(grain).filter(near).fold(Real::NEG_INFINITY, |top, node| top.max(node.z));
-    Some(max_over(bed.len(), highest)).filter(|&top| top > Real::NEG_INFINITY)
+    let top = max_over(bed.len(), highest);
+    let on_axis = || ground.seen_from(axis, bed, |bed| max_over(bed.len(), |grain| surface_over(bed, grain, axis)));
+    Some(if top > Real::NEG_INFINITY { top } else { on_axis() }).filter(|&top| top > Real::NEG_INFINITY)
+}
+
+/// Height \[m] of the highest surface of a grain over a point; negative infinity beside it.
+fn surface_over(bed: &BedView, grain: usize, [x, y]: Horizontal) -> Real {
+    let (body, nodes): (_, Vec<Vector>) = (bed.body_of(grain), bed.nodes_of(grain).collect());
+    let height = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(|n| nodes[n as usize]);
+        let twice_area = |p: Vector, q: Vector, r: [Real; 2]| (q.x - p.x) * (r[1] - p.y) - (q.y - p.y) * (r[0] - p.x);
+        let parts = [twice_area(b, c, [x, y]), twice_area(c, a, [x, y]), twice_area(a, b, [x, y])];
+        let whole = twice_area(a, b, [c.x, c.y]);
+        let is_over = whole > 0.0 && parts.iter().all(|&part| part >= 0.0);
+        is_over.then(|| (parts[0] * a.z + parts[1] * b.z + parts[2] * c.z) / whole)
+    };
+    body.triangles.iter().filter_map(height).fold(Real::NEG_INFINITY, Real::max)
 }
 
 /// Share of void in the slab `heights` \[m] over a floor of `area` [m^2], exactly from the surfaces of
@@ -140,10 +158,18 @@ mod tests {
     fn the_highest_node_near_the_axis_is_found() {
         let bed = Bed::columns(0.5, 5.0, 2, |r| 3.0 - 0.1 * r);
         bed.view(|view| {
-            let near = height_near(view, [2.0, 0.0], 0.6).unwrap();
+            let ground = Ground { lower: [-5.0; 2], upper: [5.0; 2], periodic: [false; 2] };
+            let near = height_near(view, &ground, [2.0, 0.0], 0.6).unwrap();
             let exact = 3.0 - 0.1 * (1.75_f64.hypot(0.25));
             assert!((near - exact).abs() < 1e-12, "{near} {exact}");
-            assert_eq!(height_near(view, [9.0, 0.0], 0.6), None);
+            assert_eq!(height_near(view, &ground, [9.0, 0.0], 0.6), None);
+            // Nearer than any node, the surface on the axis, which lies below the highest node by the shape of the grain.
+            let place = [2.25, 0.25];
+            let over = height_near(view, &ground, place, 1e-6).unwrap();
+            assert!(over > 2.0 && over <= height_near(view, &ground, place, 0.3).unwrap(), "{over}");
+            // Beyond a seam it is the other end of the box.
+            let repeats = Ground { periodic: [true, false], ..ground };
+            assert_eq!(height_near(view, &repeats, [9.0, 0.0], 0.6), height_near(view, &repeats, [-1.0, 0.0], 0.6));
         });
     }
 

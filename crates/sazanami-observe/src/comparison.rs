@@ -4,6 +4,19 @@ use sazanami_numerics::Real;
 
 use crate::fit::line;
 
+/// A volume of the crater of one run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Volume {
+    /// The volume [m^3].
+    pub volume: Real,
+    /// Its uncertainty [m^3].
+    pub uncertainty: Real,
+    /// The same of the bed before the impact [m^3].
+    pub noise: Real,
+    /// What speaks against it, in words; empty where nothing does, and then it counts for a law.
+    pub doubts: String,
+}
+
 /// Drop and crater of one run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunResult {
@@ -13,74 +26,16 @@ pub struct RunResult {
     pub momentum: Real,
     /// Axis ratio of the drop, horizontal over vertical.
     pub axis_ratio: Real,
-    /// Erosion volume [m^3].
-    pub volume: Real,
-    /// Its uncertainty [m^3].
-    pub uncertainty: Real,
-    /// Volume found before the impact [m^3].
-    pub noise: Real,
-    /// Volume below the plane of the rim [m^3].
-    pub below_rim: Real,
-    /// Its uncertainty [m^3].
-    pub below_rim_uncertainty: Real,
+    /// Volume below the plane of the rim.
+    pub below_rim: Volume,
+    /// Erosion volume V.
+    pub cap: Volume,
     /// Depth of the crater below its rim \[m].
     pub depth: Real,
     /// Radius of the rim \[m].
     pub rim_radius: Real,
     /// Number of splashed grains.
     pub splashed: usize,
-    /// Whether the rim lies in the outermost layer: the box is too small for the crater.
-    pub rim_at_edge: bool,
-    /// Relative change of the volume over the last tenth of the run; `None` if that is not known.
-    pub late_change: Option<Real>,
-}
-
-/// A crater whose volume changes by less than this over the last tenth of its run has come to rest.
-const AT_REST: Real = 0.05;
-
-/// Why a run does not count for a law.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Doubt {
-    /// The volume is no larger than that of the same bed before the impact.
-    BelowNoise,
-    /// The rim lies at the edge of the box.
-    RimAtEdge,
-    /// The volume still changes at the end of the run, or nothing is known of that.
-    NotAtRest,
-}
-
-impl Doubt {
-    /// The reason in words.
-    #[must_use]
-    pub const fn words(self) -> &'static str {
-        match self {
-            Self::BelowNoise => "V below its noise",
-            Self::RimAtEdge => "rim at the edge",
-            Self::NotAtRest => "V not at rest",
-        }
-    }
-}
-
-impl RunResult {
-    /// Whether the volume stands clear of its noise floor.
-    #[must_use]
-    pub fn is_above_noise(&self) -> bool {
-        self.volume > self.noise
-    }
-
-    /// Why the run does not count for a law, if it does not.
-    #[must_use]
-    pub fn doubt(&self) -> Option<Doubt> {
-        if !self.is_above_noise() {
-            Some(Doubt::BelowNoise)
-        } else if self.rim_at_edge {
-            Some(Doubt::RimAtEdge)
-        } else if self.late_change.is_none_or(|change| change.abs() > AT_REST) {
-            Some(Doubt::NotAtRest)
-        } else {
-            None
-        }
-    }
 }
 
 /// Relative spread of momenta below which they are one momentum, and no law goes through them.
@@ -131,8 +86,10 @@ pub struct Series {
     pub axis_ratio: Real,
     /// Its runs by momentum.
     pub runs: Vec<RunResult>,
-    /// Volume against momentum, from the runs without a [`Doubt`].
-    pub law: Option<PowerLaw>,
+    /// Volume below the plane of the rim against momentum, from the runs without doubts of it.
+    pub law_below_rim: Option<PowerLaw>,
+    /// V against momentum, likewise.
+    pub law_of_cap: Option<PowerLaw>,
 }
 
 /// Several runs, sorted.
@@ -166,36 +123,46 @@ impl Comparison {
         for run in runs {
             match series.last_mut() {
                 Some(last) if run.axis_ratio < 1.02 * last.axis_ratio => last.runs.push(run),
-                _ => series.push(Series { axis_ratio: run.axis_ratio, runs: vec![run], law: None }),
+                _ => series.push(Series {
+                    axis_ratio: run.axis_ratio,
+                    runs: vec![run],
+                    law_below_rim: None,
+                    law_of_cap: None,
+                }),
             }
         }
         for series in &mut series {
             series.runs.sort_by(|a, b| a.momentum.total_cmp(&b.momentum).then_with(|| a.name.cmp(&b.name)));
-            let clear = series.runs.iter().filter(|run| run.doubt().is_none());
-            series.law = PowerLaw::fit(clear.map(|run| (run.momentum, run.volume)));
+            let law = |of: fn(&RunResult) -> &Volume| {
+                let clear = series.runs.iter().filter(|run| of(run).doubts.is_empty());
+                PowerLaw::fit(clear.map(|run| (run.momentum, of(run).volume)))
+            };
+            (series.law_below_rim, series.law_of_cap) = (law(|run| &run.below_rim), law(|run| &run.cap));
         }
         Self { series }
     }
 
     /// Columns of the comparison: name with unit, and the text of a run in it.
-    pub const COLUMNS: [(&'static str, RunText); 12] = [
+    pub const COLUMNS: [(&'static str, RunText); 14] = [
         ("run", |run| run.name.clone()),
         ("axis_ratio", |run| format!("{:.3}", run.axis_ratio)),
         ("momentum_g_cm_s", |run| format!("{:.3}", run.momentum * 1e5)),
-        ("volume_below_rim_mm3", |run| format!("{:.3}", run.below_rim * 1e9)),
-        ("below_rim_uncertainty_mm3", |run| format!("{:.3}", run.below_rim_uncertainty * 1e9)),
-        ("volume_mm3", |run| format!("{:.3}", run.volume * 1e9)),
-        ("uncertainty_mm3", |run| format!("{:.3}", run.uncertainty * 1e9)),
-        ("noise_mm3", |run| format!("{:.3}", run.noise * 1e9)),
+        ("volume_below_rim_mm3", |run| format!("{:.3}", run.below_rim.volume * 1e9)),
+        ("below_rim_uncertainty_mm3", |run| format!("{:.3}", run.below_rim.uncertainty * 1e9)),
+        ("below_rim_noise_mm3", |run| format!("{:.3}", run.below_rim.noise * 1e9)),
+        ("volume_mm3", |run| format!("{:.3}", run.cap.volume * 1e9)),
+        ("uncertainty_mm3", |run| format!("{:.3}", run.cap.uncertainty * 1e9)),
+        ("noise_mm3", |run| format!("{:.3}", run.cap.noise * 1e9)),
         ("depth_mm", |run| format!("{:.4}", run.depth * 1e3)),
         ("rim_radius_mm", |run| format!("{:.4}", run.rim_radius * 1e3)),
         ("splashed_grains", |run| run.splashed.to_string()),
-        ("in_law", |run| run.doubt().map_or_else(|| "yes".to_owned(), |doubt| format!("no: {}", doubt.words()))),
+        ("below_rim_doubts", |run| run.below_rim.doubts.clone()),
+        ("volume_doubts", |run| run.cap.doubts.clone()),
     ];
 
     /// One row of text per run, in the columns of [`Self::COLUMNS`].
     #[must_use]
-    pub fn rows(&self) -> Vec<[String; 12]> {
+    pub fn rows(&self) -> Vec<[String; 14]> {
         let runs = self.series.iter().flat_map(|series| &series.runs);
         runs.map(|run| Self::COLUMNS.map(|(_, text)| text(run))).collect()
     }
@@ -218,8 +185,8 @@ impl Series {
                     let squares: Real = group.iter().map(|run| (of(run) - mean).powi(2)).sum();
                     [mean, (squares / (count - 1.0)).sqrt()]
                 };
-                let [mean, deviation] = mean_and_deviation(|run| run.volume);
-                let below_rim = mean_and_deviation(|run| run.below_rim);
+                let [mean, deviation] = mean_and_deviation(|run| run.cap.volume);
+                let below_rim = mean_and_deviation(|run| run.below_rim.volume);
                 let momentum = group.iter().map(|run| run.momentum).sum::<Real>() / count;
                 Scatter { momentum, mean, deviation, below_rim, runs: group.len() }
             })
@@ -232,20 +199,17 @@ mod tests {
     use super::*;
 
     fn run(name: &str, axis_ratio: Real, momentum: Real, volume: Real) -> RunResult {
+        let of =
+            |volume: Real, bar: Real| Volume { volume, uncertainty: bar * volume, noise: 1e-9, doubts: String::new() };
         RunResult {
             name: name.to_string(),
             momentum,
             axis_ratio,
-            volume,
-            uncertainty: 0.1 * volume,
-            noise: 1e-9,
-            below_rim: 0.6 * volume,
-            below_rim_uncertainty: 0.05 * volume,
+            below_rim: of(0.6 * volume, 0.05),
+            cap: of(volume, 0.1),
             depth: 2e-3,
             rim_radius: 5e-3,
             splashed: 7,
-            rim_at_edge: false,
-            late_change: Some(0.01),
         }
     }
 
@@ -270,35 +234,27 @@ mod tests {
 
     #[test]
     fn runs_are_sorted_by_shape_and_momentum() {
-        let comparison = Comparison::of(vec![
-            run("d", 1.6, 8e-4, 80e-9),
-            run("b", 1.0, 8e-4, 100e-9),
-            run("a", 1.0, 2e-4, 25e-9),
-            run("quiet", 1.0, 1e-4, 0.5e-9),
-        ]);
+        let comparison =
+            Comparison::of(vec![run("d", 1.6, 8e-4, 80e-9), run("b", 1.0, 8e-4, 100e-9), run("a", 1.0, 2e-4, 25e-9)]);
         let names: Vec<_> = comparison.rows().into_iter().map(|row| row[0].clone()).collect();
-        assert_eq!(names, ["quiet", "a", "b", "d"]);
-        let law = comparison.series[0].law.unwrap();
-        assert_eq!(law.points, 2, "the run below its noise does not count");
-        assert!((law.exponent - 1.0).abs() < 1e-12);
-        assert_eq!(comparison.series[1].law, None);
-        assert_eq!(comparison.rows()[1][2..7], ["20.000", "15.000", "1.250", "25.000", "2.500"]);
-        assert_eq!(comparison.rows()[0][11], "no: V below its noise");
+        assert_eq!(names, ["a", "b", "d"]);
+        let law = comparison.series[0].law_of_cap.unwrap();
+        assert!(law.points == 2 && (law.exponent - 1.0).abs() < 1e-12);
+        assert_eq!((comparison.series[1].law_of_cap, comparison.series[1].law_below_rim), (None, None));
+        assert_eq!(comparison.rows()[0][2..9], ["20.000", "15.000", "0.750", "1.000", "25.000", "2.500", "1.000"]);
     }
 
     #[test]
-    fn no_law_goes_through_craters_at_an_edge_or_still_moving() {
+    fn what_is_doubted_counts_for_no_law_of_its_own() {
         let mut runs = vec![run("a", 1.0, 2e-4, 25e-9), run("b", 1.0, 4e-4, 50e-9), run("c", 1.0, 8e-4, 900e-9)];
         // Negative control: as they are, all three count.
-        assert_eq!(Comparison::of(runs.clone()).series[0].law.unwrap().points, 3);
-        runs[2].rim_at_edge = true;
-        let law = Comparison::of(runs.clone()).series[0].law.unwrap();
+        assert_eq!(Comparison::of(runs.clone()).series[0].law_of_cap.unwrap().points, 3);
+        runs[2].cap.doubts = "the rim".into();
+        let series = &Comparison::of(runs.clone()).series[0];
+        let law = series.law_of_cap.unwrap();
         assert!(law.points == 2 && (law.exponent - 1.0).abs() < 1e-12);
-        for change in [None, Some(0.2), Some(-0.2)] {
-            runs[1].late_change = change;
-            assert_eq!(runs[1].doubt(), Some(Doubt::NotAtRest));
-            assert_eq!(Comparison::of(runs.clone()).series[0].law, None);
-        }
+        assert_eq!(series.law_below_rim.unwrap().points, 3);
+        assert_eq!(Comparison::of(runs).rows()[2][12..], ["", "the rim"]);
     }
 
     #[test]

@@ -11,7 +11,7 @@ use sazanami_parallel::sum_over;
 use crate::erosion::linked_to_bed;
 use crate::fit::line;
 use crate::height_map::HeightMap;
-use crate::{BedView, Horizontal};
+use crate::{BedView, Ground, Horizontal};
 
 choices! {
     /// Shape of a heap.
@@ -36,6 +36,8 @@ pub struct HeapSettings {
     pub lower: Horizontal,
     /// Horizontal corners of the box \[m].
     pub upper: Horizontal,
+    /// Whether the box repeats in these directions.
+    pub periodic: [bool; 2],
     /// Height of the floor, the surface where there is no grain \[m].
     pub floor: Real,
     /// Magnitude of gravity [m/s^2]: it says how fast grains of a heap that moves are.
@@ -150,6 +152,15 @@ impl Heap {
     /// # Errors
     /// If the bed is flat, the heap is too small to have a slope, or it moves.
     pub fn of(bed: &BedView, settings: &HeapSettings) -> Result<Self, HeapError> {
+        let &HeapSettings { axis, lower, upper, periodic, .. } = settings;
+        let ground = Ground { lower, upper, periodic };
+        let Ground { lower, upper, .. } = ground.about(axis);
+        let about = HeapSettings { lower, upper, periodic: [false; 2], ..*settings };
+        ground.seen_from(axis, bed, |bed| Self::about_axis(bed, &about))
+    }
+
+    /// The same of a bed that does not repeat.
+    fn about_axis(bed: &BedView, settings: &HeapSettings) -> Result<Self, HeapError> {
         let lying = lying(bed, settings);
         let airborne = bed.len() - lying.len();
         let bands = bands(bed, &lying, settings);
@@ -279,6 +290,7 @@ mod tests {
         grain_size: 1.0,
         lower: [-HALF, -HALF],
         upper: [HALF, HALF],
+        periodic: [false; 2],
         floor: -4.0,
         gravity: 9.81,
     };

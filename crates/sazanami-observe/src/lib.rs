@@ -21,6 +21,7 @@ pub mod comparison;
 pub mod erosion;
 pub mod fit;
 mod gathered;
+mod ground;
 pub mod heap;
 pub mod height_map;
 pub mod ripples;
@@ -28,6 +29,7 @@ pub mod splash;
 
 pub use bed::{BedView, Body};
 pub use gathered::{BedColumns, GatheredBed};
+pub use ground::Ground;
 
 use sazanami_numerics::Real;
 

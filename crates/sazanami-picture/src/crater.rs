@@ -1,6 +1,6 @@
 //! The crater in a section: the bed's smoothed surface before and now, rim, depth, and the cap whose volume is V.
 
-use sazanami::artist::{Amount, BedSurface, CraterCap};
+use sazanami::artist::{BedSurface, CraterCap, NO_CRATER};
 
 use super::axes::Frame;
 use super::canvas::{Anchor, Canvas, Font, Pen, Rectangle};
@@ -19,29 +19,24 @@ const DASHES: &[f64] = &[9.0, 6.0];
 /// The volume of a crater with its uncertainty, as reports and the summary have it, and what speaks against it.
 pub(super) fn volume_words(crater: &CraterCap) -> String {
     let doubt = if crater.below_rim.doubts.is_empty() { "" } else { " (not reliable)" };
-    format!("{} below the rim{doubt}", amount(&crater.below_rim))
-}
-
-fn amount(of: &Amount) -> String {
-    format!("{:.2} ± {:.2} mm³", 1e9 * of.volume, 1e9 * of.uncertainty)
+    format!("{} below the rim{doubt}", crater.below_rim)
 }
 
 /// Meaning of the volumes: the last rows of the legend.
 fn explanation(surface: &BedSurface) -> [String; ROWS - 1] {
     let Some(crater) = &surface.crater else {
-        let none = "no crater: no hollow deeper than a grain and clear of the roughness of the bed";
-        return [none.into(), String::new(), String::new()];
+        return [NO_CRATER.into(), String::new(), String::new()];
     };
     let doubts = &crater.below_rim.doubts;
     [
         format!(
-            "below the plane of the rim {}, before the impact {:.2} mm³; depth H = {:.2} mm, rim radius L = {:.2} mm",
-            amount(&crater.below_rim),
+            "below the plane of the rim {}, before the impact {:.1} mm³; depth H = {:.2} mm, rim radius L = {:.2} mm",
+            crater.below_rim,
             1e9 * crater.noise,
             1e3 * crater.depth,
             1e3 * crater.rim_radius
         ),
-        format!("cap through the rim and the lowest point V = π H (3 L² + H²) / 6 = {}", amount(&crater.cap)),
+        format!("cap through the rim and the height at the axis V = π H (3 L² + H²) / 6 = {}", crater.cap),
         if doubts.is_empty() { String::new() } else { format!("not reliable: {doubts}") },
     ]
 }
@@ -143,7 +138,7 @@ pub(super) fn draw_legend(canvas: &mut Canvas, [left, top]: [f64; 2], room: f64,
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sazanami::artist::Points;
+    use sazanami::artist::{Amount, Points};
 
     fn crater() -> CraterCap {
         CraterCap {
@@ -160,19 +155,14 @@ mod tests {
     fn the_legend_says_what_the_volumes_are_with_their_parts() {
         let with = BedSurface { crater: Some(crater()), ..BedSurface::default() };
         let words = explanation(&with).join(" ");
-        for part in [
-            "61.27 ± 3.04 mm³",
-            "5.44 mm³",
-            "H = 1.72 mm",
-            "L = 4.95 mm",
-            "V = π H (3 L² + H²) / 6 = 68.81 ± 12.04 mm³",
-        ] {
+        for part in ["61.3 ± 3.0 mm³", "5.4 mm³", "H = 1.72 mm", "L = 4.95 mm", "V = π H (3 L² + H²) / 6 = 69 ± 12 mm³"]
+        {
             assert!(words.contains(part), "{part}: {words}");
         }
         assert!(!words.contains("not reliable") && !volume_words(&crater()).contains("not reliable"));
         let mut doubted = crater();
         doubted.below_rim.doubts = "the crater has not come to rest".into();
-        assert_eq!(volume_words(&doubted), "61.27 ± 3.04 mm³ below the rim (not reliable)");
+        assert_eq!(volume_words(&doubted), "61.3 ± 3.0 mm³ below the rim (not reliable)");
         let doubted = BedSurface { crater: Some(doubted), ..with };
         assert_eq!(explanation(&doubted)[2], "not reliable: the crater has not come to rest");
         let words = explanation(&BedSurface::default()).join(" ");

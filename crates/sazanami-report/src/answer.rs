@@ -1,5 +1,6 @@
 //! Main results of a run in a few large numbers, and the objections to them.
 
+use sazanami::case::units::with_bar;
 use sazanami::finished::Finished;
 use serde_json::Value;
 
@@ -69,7 +70,8 @@ pub fn volume(run: &Finished, key: &str) -> Option<(String, String)> {
     let [volume, half] = ["mm3", "uncertainty_mm3"].map(|of| run.number(&format!("observables.erosion.{key}_{of}")));
     let doubts = run.summary["observables"]["erosion"][&format!("{key}_doubts")].as_str();
     let doubts = doubts.map_or_else(String::new, |doubts| format!("not reliable: {doubts}"));
-    Some((format!("{:.2} ± {:.2} mm³", volume?, half?), doubts))
+    let [volume, half] = with_bar(volume?, half?);
+    Some((format!("{volume} ± {half} mm³"), doubts))
 }
 
 /// Volumes of a crater: what they are called, and their places in the summary.
@@ -82,7 +84,8 @@ fn headlines(run: &Finished) -> Vec<Headline> {
     let mut found = Vec::new();
     for (label, key) in VOLUMES {
         let noise = number(&format!("erosion.{key}_noise_mm3"));
-        let noise = noise.map(|noise| format!("same bed before the impact: {noise:.2} mm³"));
+        let noise = noise
+            .map(|noise| format!("± by the smoothing, not by the bed; same bed before the impact: {noise:.1} mm³"));
         found.extend(volume(run, key).map(|(volume, doubts)| {
             let more = [Some(doubts).filter(|doubts| !doubts.is_empty()), noise].into_iter().flatten();
             Headline(label, volume, more.collect::<Vec<_>>().join("; "))

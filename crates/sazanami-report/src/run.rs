@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use sazanami::analyse;
+use sazanami::artist::NO_CRATER;
 use sazanami::case::meaning::Measured;
 use sazanami::case::{Changed, DefaultValue, MOST_TRIED, changed, longer_than_tried};
 use sazanami::error::CommandError;
@@ -71,14 +72,11 @@ fn subtitle(run: &Finished) -> String {
 fn section_picture(html: &mut Html, run: &Finished) {
     let Some(png) = analyse::newest_section(&run.folder).and_then(|path| std::fs::read(path).ok()) else { return };
     html.section("section", "Section");
-    html.raw("<p class=\"note\">Rim radius L, depth H and the cap whose volume is V, at the last time drawn.</p>\n");
-    html.picture(
-        &png,
-        &format!(
-            "Section through bed and water at the end of {}, with the rim radius L, the depth H and the cap",
-            title(run)
-        ),
-    );
+    let doubts = run.summary["observables"]["erosion"]["volume_below_rim_doubts"].as_str().unwrap_or_default();
+    let what =
+        if doubts.contains(NO_CRATER) { "the surface of the bed" } else { "rim radius L, depth H and the cap of V" };
+    html.element("p", &[("class", "note")], &format!("Bed and water with {what}, at the last time drawn."));
+    html.picture(&png, &format!("Section through bed and water at the end of {}, with {what}", title(run)));
     html.close("section");
 }
 

@@ -244,12 +244,24 @@ mod tests {
     #[test]
     fn seeds_that_change_nothing_are_refused() {
         let grains = "[set]\n\"material.sand.density\" = \"2650 kg/m^3\"\n\"grains\" = [{ shape = { sphere = { \
-                      diameter = \"0.5 mm\" } }, placement = { PLACE } }]\n[keys]\n\"fluid.cfl\" = [0.3]\n";
-        let with = |place: &str| posed(&format!("seeds = [1, 2]\n{}", grains.replace("PLACE", place)));
+                      diameter = \"0.5 mm\" } }, placement = { PLACE }SIZE }]\n[keys]\n\"fluid.cfl\" = [0.3]\n";
+        let sized = |place: &str, size: &str| {
+            posed(&format!("seeds = [1, 2]\n{}", grains.replace("PLACE", place).replace("SIZE", size)))
+        };
+        let with = |place: &str| sized(place, "");
         let lattice = "lattice = { lower = [\"1 mm\", \"1 mm\", \"1 mm\"], upper = [\"7 mm\", \"7 mm\", \"3 mm\"], counts = [2, 2, 1]";
         let error = with(&format!("{lattice} }}")).unwrap_err().to_string();
         assert!(error.contains("these seeds change nothing") && error.contains("plan.toml:2:10"), "{error}");
-        // Negative control: places that are drawn.
+        // Nor do sizes of which there is one.
+        for size in
+            ["uniform = { lower = 0.9, upper = 0.9 }", "lognormal = { sigma = 0.0 }", "list = [{ factor = 0.7 }]"]
+        {
+            let error = sized(&format!("{lattice} }}"), &format!(", size = {{ {size} }}")).unwrap_err().to_string();
+            assert!(error.contains("these seeds change nothing"), "{size}: {error}");
+        }
+        // Negative controls: sizes and places that are drawn.
+        let runs = sized(&format!("{lattice} }}"), ", size = { uniform = { lower = 0.9, upper = 1.0 } }");
+        assert_eq!(runs.unwrap_or_else(|error| panic!("{error}")).len(), 2);
         let runs = with(&format!("{lattice}, jitter = 0.1 }}")).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(runs.len(), 2);
     }

@@ -12,7 +12,7 @@ use sazanami_numerics::Real;
 use crate::cases::whole_run::WholeRun;
 use crate::expected::{Expected, Other, Quantity, Run, Taken};
 use crate::measured::{Chart, Measured, Outcome};
-use crate::value::{Beside, Columns, Course, order};
+use crate::value::{Beside, Columns, Course, Function, order};
 
 /// The case file of a verification case and its table of reference data (empty if it has none).
 #[derive(Clone, Debug)]
@@ -119,6 +119,7 @@ impl Posed {
         let from = taken.from.as_ref().or(quantity.from.as_ref()).unwrap_or(&expected.from);
         let when = taken.when.or(quantity.when);
         match &quantity.beside {
+            None if value.function == Function::Slope => value.function.of(&run.along(from, &value.columns, when)?),
             None => value.function.of(&run.course(from, &value.columns, when)?),
             Some(beside) => value.function.beside(&run.beside(from, &value.columns, when)?, beside, &self.reference),
         }
@@ -176,6 +177,16 @@ impl Finished {
             return Err(format!("{from} has values at {} of {} points at {last} s", values.len(), places.len()));
         }
         Ok(places.into_iter().zip(values).map(|(place, value)| [place, value]).collect())
+    }
+
+    /// Values along `x` at the last of the times, of a table with such places; else the course in time.
+    fn along(&self, from: &str, columns: &Columns, when: Option<[Real; 2]>) -> Result<Course, String> {
+        let course = self.course(from, columns, when)?;
+        let Ok([times, places]) = self.whole.columns(from, ["time", "x"]) else { return Ok(course) };
+        let last = course.iter().map(|row| row[0]).fold(Real::NEG_INFINITY, Real::max);
+        let values = self.columns(from, columns, String::new())?;
+        let rows = places.into_iter().zip(values).zip(times).filter(|(_, time)| *time == last);
+        Ok(rows.map(|((place, row), _)| [place, row[1]]).filter(|row| row[1].is_finite()).collect())
     }
 
     /// Distances along the line of a probe from its first point \[m], if `from` is the table of one.

@@ -3,6 +3,7 @@
 //! A function of columns that are added or subtracted, and nothing that combines functions: what needs more is a program.
 
 use sazanami_numerics::Real;
+use sazanami_observe::fit::line;
 use serde::Deserialize;
 
 use crate::cases::shift::best_shift;
@@ -76,6 +77,8 @@ pub enum Function {
     Range,
     /// Mean period of passes through the mean.
     Period,
+    /// Slope of the straight line of least squares; of a table with places along `x`, over these at the last of the times.
+    Slope,
     /// Way up to the largest value and down to the last one with all turns between, over that value, less that of a course
     /// that only rises up to it and falls from it, plus 1: 1 where nothing turns back.
     Variation,
@@ -105,6 +108,7 @@ impl TryFrom<String> for Value {
             "rate" => plain(Function::Rate),
             "range" => plain(Function::Range),
             "period" => plain(Function::Period),
+            "slope" => plain(Function::Slope),
             "variation" => plain(Function::Variation),
             "shift" => plain(Function::Shift),
             "order" if argument.is_empty() => Ok(Self { function: Function::Order, columns: Columns::default() }),
@@ -116,7 +120,7 @@ impl TryFrom<String> for Value {
                 Ok(Self { function: Function::Time(below, number), columns: columns.trim().to_owned().try_into()? })
             }
             _ => Err(format!(
-                "`{name}` is none of first, last, max, min, mean, rms, largest, rate, range, period, variation, time, shift, order"
+                "`{name}` is none of first, last, max, min, mean, rms, largest, rate, range, period, slope, variation, time, shift, order"
             )),
         }
     }
@@ -170,6 +174,10 @@ impl Function {
             Self::Rate => return Err("a rate needs two rows".into()),
             Self::Range => max - values().fold(Real::INFINITY, Real::min),
             Self::Period => period(course).ok_or("it does not swing about its mean")?,
+            Self::Slope => {
+                let points: Vec<(Real, Real)> = course.iter().map(|&[x, y]| (x, y)).collect();
+                line(&points).ok_or("a slope needs two places")?.slope
+            }
             Self::Variation => {
                 let way: Real = course.windows(2).map(|pair| (pair[1][1] - pair[0][1]).abs()).sum();
                 (way - (max - last[1])) / (max - first[1])
@@ -296,6 +304,8 @@ mod tests {
             ("rms(x)", 6.0_f64.sqrt()),
             ("largest(x)", 4.0),
             ("rate(x)", -0.2),
+            // Sums of products with the distances from the mean time, 2.4: -1.2 over 17.2.
+            ("slope(x)", -1.2 / 17.2),
             // Down by 1 and up again.
             ("variation(x)", 1.5),
             ("time(x > 1.5)", 0.5),
@@ -304,7 +314,10 @@ mod tests {
             assert!((of(text, &course).unwrap() - expected).abs() < 1e-12, "{text}");
         }
         assert!(
-            of("time(x > 9)", &course).is_err() && of("max(x)", &[]).is_err() && of("rate(x)", &course[..1]).is_err()
+            of("time(x > 9)", &course).is_err()
+                && of("max(x)", &[]).is_err()
+                && of("rate(x)", &course[..1]).is_err()
+                && of("slope(x)", &course[..1]).is_err()
         );
     }
 

@@ -126,6 +126,7 @@ mod tests {
     use crate::progress::Silent;
     use crate::results::SUMMARY;
     use sazanami_numerics::Real;
+    use sazanami_observe::erosion::NOT_AT_REST;
 
     fn scratch(name: &str) -> PathBuf {
         let folder = std::env::temp_dir().join(format!("sazanami-analyse-{name}-{}", std::process::id()));
@@ -149,17 +150,24 @@ mod tests {
     }
 
     #[test]
-    fn runs_that_failed_or_end_elsewhere_are_left_out() {
+    fn runs_that_failed_or_end_before_their_crater_rests_are_left_out() {
         let parent = scratch("several");
         let folders = [
             run(&parent, "straight", "finished", 0.02, [0.0, 0.0, -5e-4]),
             run(&parent, "slanted", "stopped", 0.02, [3e-4, 0.0, -4e-4]),
             run(&parent, "short", "finished", 0.01, [0.0, 0.0, -5e-4]),
             run(&parent, "broken", "failed", 0.02, [0.0, 0.0, -5e-4]),
+            run(&parent, "rests", "finished", 0.015, [0.0, 0.0, -5e-4]),
         ];
+        let path = folders[4].join(SUMMARY);
+        let mut rests: Value = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
+        rests["observables"]["crater_rest"]["at_rest"] = true.into();
+        std::fs::write(&path, rests.to_string()).unwrap();
         let (runs, lines) = comparable(&folders).unwrap();
         let names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).collect();
-        assert_eq!(names, ["straight", "slanted"]);
+        assert_eq!(names, ["straight", "slanted", "rests"]);
+        let doubts: Vec<&str> = runs.iter().map(|run| run.below_rim.doubts.as_str()).collect();
+        assert_eq!(doubts, [NOT_AT_REST, NOT_AT_REST, ""]);
         assert!(runs.iter().all(|run| (run.momentum - 5e-4).abs() < 1e-15), "{runs:?}");
         let left_out: Vec<&String> = lines.iter().filter(|line| line.contains("left out")).collect();
         assert_eq!(left_out.len(), 2, "{lines:#?}");

@@ -1,6 +1,7 @@
 //! Pictures: what they show, and who draws them. The library gathers the data; a front end brings an [`Artist`].
 
 use std::error::Error;
+use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -8,6 +9,9 @@ use sazanami_io::BodyPose;
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
+pub use sazanami_observe::erosion::NO_CRATER;
+
+use crate::case::units::with_bar;
 
 /// Draws pictures and keeps them as files.
 ///
@@ -94,6 +98,13 @@ pub struct Amount {
     pub uncertainty: Real,
     /// What speaks against it, in words; empty where nothing does.
     pub doubts: String,
+}
+
+impl fmt::Display for Amount {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [volume, bar] = with_bar(1e9 * self.volume, 1e9 * self.uncertainty);
+        write!(f, "{volume} ± {bar} mm³")
+    }
 }
 
 /// A crater, and the spherical cap of eq. (14) of Yagyu et al. (2015) in it.

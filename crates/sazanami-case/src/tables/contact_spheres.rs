@@ -60,6 +60,24 @@ pub enum ContactSphereChoice {
 impl ContactSphereKeys {
     /// Their meaning for a shape; errors are reported.
     pub(super) fn meaning(self, shape: &GrainShape, table: &Table<'_>, cx: &mut Context<'_>) -> ContactSphereChoice {
+        let choice = self.choice(shape, table, cx);
+        let of_file = matches!(choice, ContactSphereChoice::File { .. });
+        let of_shell = matches!(choice, ContactSphereChoice::Shell { .. });
+        for (key, is_used, help) in [
+            ("sphere_file", of_file, "add `contact_spheres = \"file\"`, or leave it out"),
+            ("sphere_file_unit", of_file, "it is for `contact_spheres = \"file\"`: leave it out"),
+            ("sphere_radius", of_shell, "it is for `contact_spheres = \"shell(75)\"`: leave it out"),
+        ] {
+            if table.has(key) && !is_used {
+                cx.report
+                    .error(table.place(key), format!("`{key}` does nothing with these contact spheres"))
+                    .help(help);
+            }
+        }
+        choice
+    }
+
+    fn choice(self, shape: &GrainShape, table: &Table<'_>, cx: &mut Context<'_>) -> ContactSphereChoice {
         let radius = self.sphere_radius;
         let default = match shape {
             GrainShape::Sphere { .. } => ContactSphereChoice::Single,

@@ -77,10 +77,10 @@ impl Drive {
         }
     }
 
-    /// Body force per mass at `time` beside that which holds a mean velocity [m/s^2].
+    /// Mean body force per mass from one time to another \[s] beside that which holds a mean velocity, at it if they are the same [m/s^2].
     #[must_use]
-    pub fn acceleration_at(&self, time: Real) -> Vector {
-        self.acceleration + self.oscillation.map_or(Vector::ZERO, |swing| swing.at(time))
+    pub fn mean_acceleration(&self, over: [Real; 2]) -> Vector {
+        self.acceleration + self.oscillation.map_or(Vector::ZERO, |swing| swing.mean(over))
     }
 
     /// What of a body force that drives the flow acts on grains by their volume [m/s^2].

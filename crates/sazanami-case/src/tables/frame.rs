@@ -24,10 +24,13 @@ pub struct Oscillation {
 }
 
 impl Oscillation {
-    /// Acceleration at `time` [m/s^2].
+    /// Mean acceleration from one time to another \[s], at it if they are the same [m/s^2].
     #[must_use]
-    pub fn at(&self, time: Real) -> Vector {
-        self.amplitude * (TAU * self.frequency * time + self.phase).sin()
+    pub fn mean(&self, [from, to]: [Real; 2]) -> Vector {
+        let angle = |time: Real| TAU * self.frequency * time;
+        let half = 0.5 * angle(to - from);
+        let part = if half > 0.0 { half.sin() / half } else { 1.0 };
+        self.amplitude * (part * (angle(0.5 * (from + to)) + self.phase).sin())
     }
 
     /// Amplitude of the displacement of what is accelerated so \[m].
@@ -98,12 +101,12 @@ impl FrameKeys {
 }
 
 impl Frame {
-    /// Acceleration of the frame at `time` [m/s^2].
+    /// Mean acceleration of the frame from one time to another \[s], at it if they are the same [m/s^2].
     #[must_use]
-    pub fn acceleration_at(&self, time: Real) -> Vector {
-        let oscillating = self.oscillation.map_or(Vector::ZERO, |swing| swing.at(time));
+    pub fn mean_acceleration(&self, over: [Real; 2]) -> Vector {
+        let oscillating = self.oscillation.map_or(Vector::ZERO, |swing| swing.mean(over));
         let moved = match (&self.motion, self.walls) {
-            (Some(motion), WallMotion::AtRest) => motion.at(time)[2],
+            (Some(motion), WallMotion::AtRest) => motion.mean_acceleration(over),
             _ => Vector::ZERO,
         };
         self.acceleration + oscillating + moved

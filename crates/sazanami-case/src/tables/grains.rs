@@ -161,7 +161,7 @@ impl Population {
         match &self.placement {
             GrainPlacement::Packed(_) | GrainPlacement::Fed(_) => true,
             GrainPlacement::Lattice(lattice) => {
-                lattice.jitter != 0.0 || lattice.random_orientation || self.size != SizeDistribution::Equal
+                lattice.jitter != 0.0 || lattice.random_orientation || self.size.draws()
             }
             GrainPlacement::List(_) | GrainPlacement::Bed(_) => false,
         }

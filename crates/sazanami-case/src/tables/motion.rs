@@ -213,6 +213,12 @@ impl Motion {
         }
     }
 
+    /// Mean acceleration from one time to another \[s], by the velocities then; at it if they are the same [m/s^2].
+    #[must_use]
+    pub fn mean_acceleration(&self, [from, to]: [Real; 2]) -> Vector {
+        if to > from { (self.at(to)[1] - self.at(from)[1]) / (to - from) } else { self.at(from)[2] }
+    }
+
     /// The motion along a curve of positions, in a run until `until` \[s].
     #[must_use]
     pub fn recorded(file: PathBuf, axis: Axis, curve: Spline, until: Real) -> Self {

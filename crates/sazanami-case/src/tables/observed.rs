@@ -15,8 +15,9 @@ const NEAR_SIZE: Real = 10.0;
 /// Cells of an evaluation over the shortest edge of the box at least, where no size of grains is known.
 const FINEST: Real = 1e-3;
 
-/// Radius about the axis of the bed where the box allows it \[m].
-const HEIGHT_RADIUS: Real = 1e-3;
+/// Radius about the axis of the bed, and height of the slab of the porosity, in sizes of the largest grains.
+const HEIGHT_RADIUS: Real = 2.0;
+const POROSITY_SLAB: Real = 10.0;
 
 /// Measures of the bed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Keys)]
@@ -26,22 +27,27 @@ pub struct Bed {
     #[key(unit = "m", default = cx.known.domain.lower.z, says = "the floor")]
     pub porosity_lower: Real,
     /// Upper height of that slab.
-    #[key(unit = "m", default = (porosity_lower + 5e-3).min(cx.known.domain.upper.z),
-          says = "5 mm above the lower one, or the top")]
+    #[key(unit = "m", default = (porosity_lower + POROSITY_SLAB * usual_size(cx)).min(cx.known.domain.upper.z),
+          says = "ten of the largest grains above the lower one, or the top")]
     pub porosity_upper: Real,
     /// Radius about the axis within which the height of the bed H_s is taken: the highest point of a grain there.
     #[key(unit = "m", within = cx.known.lengths(), default = height_radius(cx),
-          says = "1 mm; at most half the diagonal of the box, at least a hundred-thousandth of it")]
+          says = "two of the largest grains; at most half the diagonal of the box")]
     pub height_radius: Real,
     /// Axis in x1 and x2.
     #[key(unit = "m", default = cx.known.domain.middle(), says = "middle of the box")]
     pub axis: [Real; 2],
 }
 
-/// Radius about the axis of the bed in a box of any size \[m].
+/// Radius about the axis of the bed \[m].
 fn height_radius(cx: &Context<'_>) -> Real {
-    let longest = cx.known.domain.extent().length();
-    if longest > 0.0 { HEIGHT_RADIUS.clamp(1e-5 * longest, 0.5 * longest) } else { HEIGHT_RADIUS }
+    (HEIGHT_RADIUS * usual_size(cx)).min(0.5 * cx.known.domain.extent().length())
+}
+
+/// Usual size of the largest grains \[m]; a tenth of the shortest edge of the box where none is known: that of a mesh stands in its file.
+fn usual_size(cx: &Context<'_>) -> Real {
+    let sizes = cx.known.grains.iter().filter_map(|grains| Some(grains.shape.size()? * grains.usual_factor()));
+    sizes.reduce(Real::max).unwrap_or(0.1 * cx.known.domain.extent().min_element())
 }
 
 /// Refuses an axis that is given and lies outside the box.

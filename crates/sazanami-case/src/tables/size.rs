@@ -71,6 +71,17 @@ impl SizeDistribution {
         }
     }
 
+    /// Whether sizes are drawn: there are several.
+    #[must_use]
+    pub fn draws(&self) -> bool {
+        let has_width = |lower: Real, upper: Real| upper > lower;
+        match self {
+            Self::Equal => false,
+            Self::List(_) | Self::Uniform { .. } => has_width(self.smallest(), self.largest()),
+            Self::Lognormal { sigma, lower, upper, .. } => *sigma > 0.0 && has_width(*lower, *upper),
+        }
+    }
+
     /// Largest size factor.
     #[must_use]
     pub fn largest(&self) -> Real {

@@ -114,7 +114,7 @@ fn check_speaks_json() {
     let good = sazanami(folder.path(), &["check", "raindrop.toml", "--json"]);
     let value: serde_json::Value = serde_json::from_slice(&good.stdout).unwrap();
     assert_eq!(value["ok"], true);
-    assert_eq!(value["report"]["cells"], serde_json::json!([40, 40, 40]));
+    assert_eq!(value["report"]["cells"], serde_json::json!([60, 60, 34]));
     assert_eq!(value["report"]["limits"].as_array().unwrap().iter().filter(|limit| limit["rules"] == true).count(), 1);
     assert!(value["report"]["memory_bytes"].as_f64().unwrap() > 1e6);
     let bad = sazanami(folder.path(), &["check", "raindrop.toml", "--json", "--set", "fluid.clf=0.3"]);

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 use crate::blocks::BLOCK;
+use crate::input::refuse_special;
 
 /// Why a VTK file could not be read.
 #[derive(Debug, Error)]
@@ -85,7 +86,8 @@ impl VtkFile {
     /// # Errors
     /// If it cannot be read or is none.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
-        let bytes = std::fs::read(path).map_err(|source| ReadError::File { path: path.to_owned(), source })?;
+        let bytes = refuse_special(path).and_then(|()| std::fs::read(path));
+        let bytes = bytes.map_err(|source| ReadError::File { path: path.to_owned(), source })?;
         let end = bytes[bytes.len().saturating_sub(END.len())..].to_vec();
         Self::of(path, bytes, &end)
     }
@@ -96,6 +98,7 @@ impl VtkFile {
     /// If it cannot be read or is none.
     pub fn time_in(path: &Path) -> Result<Option<f64>, ReadError> {
         let parts = || -> io::Result<(Vec<u8>, Vec<u8>)> {
+            refuse_special(path)?;
             let mut file = File::open(path)?;
             let (mut beginning, mut end) = (Vec::new(), Vec::new());
             file.by_ref().take(BEGINNING).read_to_end(&mut beginning)?;

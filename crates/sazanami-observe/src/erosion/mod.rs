@@ -24,7 +24,7 @@ pub use profile::Profile;
 pub use rest::{CraterCourse, Rest, RestError, VolumeCourse};
 pub(crate) use surface_grains::linked_to_bed;
 
-use crate::{BedView, Horizontal};
+use crate::{BedView, Ground, Horizontal};
 use profile::Rings;
 use surface_grains::SurfaceGrains;
 
@@ -56,6 +56,8 @@ pub const RIM_AT_EDGE: &str = "the rim lies at the edge of the box or at `erosio
 
 /// Doubt about a crater that still changes.
 pub const NOT_AT_REST: &str = "the crater has not come to rest";
+/// What speaks against the volume of a hollow that is the roughness of the bed ([`is_crater`]).
+pub const NO_CRATER: &str = "no crater: no hollow deeper than a grain and clear of the roughness of the bed";
 
 /// What is known of a crater beside its surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -94,6 +96,8 @@ pub struct ErosionSettings {
     pub lower: Horizontal,
     /// Upper corner of the box \[m].
     pub upper: Horizontal,
+    /// Whether the box repeats in these directions.
+    pub periodic: [bool; 2],
     /// Height of the floor \[m].
     pub floor: Real,
     /// Grain size: short axis \[m].
@@ -129,6 +133,7 @@ impl ErosionSettings {
             axis,
             lower,
             upper,
+            periodic: [false; 2],
             floor,
             grain_size,
             cell: 0.0,
@@ -142,6 +147,12 @@ impl ErosionSettings {
             touching_within: 1e-5,
         }
         .reaching(0.45 * (upper[0] - lower[0]).min(upper[1] - lower[1]))
+    }
+
+    /// The plan of the box.
+    #[must_use]
+    pub fn ground(&self) -> Ground {
+        Ground { lower: self.lower, upper: self.upper, periodic: self.periodic }
     }
 
     /// The same with layers out to `largest_radius` \[m], and the cells and layers that go with it.
@@ -240,6 +251,8 @@ impl InitialBed {
 /// Result of an evaluation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Erosion {
+    /// Grain size of the bed, the short axis \[m].
+    pub grain_size: Real,
     /// Smooth bed surface, in thin layers.
     pub surface: Profile,
     /// Crater found in it.
@@ -277,6 +290,18 @@ impl Erosion {
     /// [`ErosionError`] if the settings make no sense or the bed does not reach the axis.
     pub fn of(bed: &BedView, settings: &ErosionSettings, initial: Option<&InitialBed>) -> Result<Self, ErosionError> {
         settings.check()?;
+        let ground = settings.ground();
+        let Ground { lower, upper, .. } = ground.about(settings.axis);
+        let about = ErosionSettings { lower, upper, periodic: [false; 2], ..*settings };
+        ground.seen_from(settings.axis, bed, |bed| Self::about_axis(bed, &about, initial))
+    }
+
+    /// The same of a bed that does not repeat.
+    fn about_axis(
+        bed: &BedView,
+        settings: &ErosionSettings,
+        initial: Option<&InitialBed>,
+    ) -> Result<Self, ErosionError> {
         let seen = SurfaceGrains::of(bed, settings);
         let rings = Rings::of(&seen.map, settings.axis, settings.largest_radius + settings.layer);
         let surface_with = |bandwidth| Profile::smooth(&rings, bandwidth, settings.largest_radius);
@@ -301,6 +326,7 @@ impl Erosion {
             .map(|initial| volumes_against(&surface, |n| initial.heights.get(n).copied().unwrap_or(settings.floor)));
         Ok(Self {
             crater,
+            grain_size: settings.grain_size,
             volume_range,
             below_rim_range,
             by_layers: Crater::of(&profile),
@@ -324,12 +350,12 @@ impl Erosion {
         InitialBed { heights: self.surface.filled(), noise, noise_below_rim }
     }
 
-    /// Whether there is a crater in a bed of grains of a size \[m], and not just the roughness of the bed ([`is_crater`]).
+    /// Whether there is a crater, and not just the roughness of the bed ([`is_crater`]).
     #[must_use]
-    pub fn has_crater(&self, grain_size: Real) -> bool {
+    pub fn has_crater(&self) -> bool {
         let (noise, excavated) = (self.noise.unwrap_or_default(), self.volume_excavated.unwrap_or_default());
         let hollow = Hollow { volume: self.crater.volume, noise, excavated };
-        is_crater(self.crater.depth, self.crater.rim_radius, grain_size, hollow)
+        is_crater(self.crater.depth, self.crater.rim_radius, self.grain_size, hollow)
     }
 
     /// Half the width of [`Self::volume_range`] [m^3].
@@ -361,6 +387,9 @@ impl Erosion {
         let mut found = Vec::new();
         if known.drops > 1 {
             found.push(format!("{} drops fall, and one volume about one axis is that of none of them", known.drops));
+        }
+        if !self.has_crater() {
+            found.push(NO_CRATER.to_owned());
         }
         if self.crater.rim_at_edge {
             found.push(RIM_AT_EDGE.to_owned());
@@ -517,11 +546,13 @@ mod tests {
         assert_eq!(ring.level(), (4.0 + 3.0 * 2.0) / 4.0);
         assert!(after.noise.unwrap() < 0.5 * after.crater.volume);
         assert!(after.volume_rim.unwrap() > 0.0);
-        assert!(after.has_crater(D) && !after.has_crater(after.crater.depth));
+        assert!(after.has_crater());
+        let shallow = Erosion { grain_size: after.crater.depth, ..after.clone() };
+        assert!(!shallow.has_crater() && shallow.doubts_below_rim(Known::default()).contains(&NO_CRATER.to_owned()));
         // Against itself nothing was moved.
         let same = rough(3, |_| LEVEL).view(|view| Erosion::of(view, &settings(), Some(&initial))).unwrap();
         assert_eq!((same.volume_excavated, same.volume_rim), (Some(0.0), Some(0.0)));
-        assert!(!same.has_crater(D) && !same.has_crater(0.0));
+        assert!(!same.has_crater() && !Erosion { grain_size: 0.0, ..same }.has_crater());
     }
 
     #[test]
@@ -533,6 +564,31 @@ mod tests {
         assert!(!is_crater(1.77, 4.95, 0.52, Hollow { excavated: 0.0, ..dug }));
         assert!(!is_crater(1.77, 8.0, 0.52, dug) && !is_crater(0.5, 4.95, 0.52, dug));
         assert!(is_crater(1.77, 4.95, 0.52, Hollow { noise: 5.0, excavated: 0.0, ..dug }));
+    }
+
+    #[test]
+    fn a_crater_at_a_seam_is_that_in_the_middle() {
+        let mut bed = Bed::columns(D, HALF, 3, cap(6.5e-3, 2.0e-3, 0.5e-3, 0.4));
+        bed.position.iter_mut().for_each(|centre| centre.z += 0.05 * centre.x);
+        let middle = evaluate(&bed).crater;
+        // The same bed with its axis at a corner of a box that repeats.
+        for centre in &mut bed.position {
+            *centre += sazanami_numerics::Vector::new(
+                HALF * (1.0 - 2.0 * f64::from(centre.x > 0.0)),
+                HALF * (1.0 - 2.0 * f64::from(centre.y > 0.0)),
+                0.0,
+            );
+        }
+        let at_corner = |axis| ErosionSettings { axis, periodic: [true; 2], ..settings() };
+        for axis in [[HALF, HALF], [-HALF, HALF]] {
+            let found = bed.view(|view| Erosion::of(view, &at_corner(axis), None)).unwrap().crater;
+            assert!((found.volume / middle.volume - 1.0).abs() < 1e-9, "{found:?} {middle:?}");
+            assert!((found.volume_direct / middle.volume_direct - 1.0).abs() < 1e-9, "{found:?} {middle:?}");
+        }
+        // Negative control: in a box with walls the quarter of it has another tilt.
+        let walls = ErosionSettings { periodic: [false; 2], ..at_corner([HALF, HALF]) };
+        let found = bed.view(|view| Erosion::of(view, &walls, None)).map(|erosion| erosion.crater.volume);
+        assert!(found.is_err() || (found.unwrap() / middle.volume - 1.0).abs() > 1e-6);
     }
 
     #[test]

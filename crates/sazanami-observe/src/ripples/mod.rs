@@ -32,17 +32,17 @@ pub use water_surface::water_surface;
 use sazanami_numerics::{Real, Vector};
 use thiserror::Error;
 
-/// Sides of the tank at the ends of x2.
+/// A pair of sides of the tank.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sides {
     /// Joined: what leaves on one side enters on the other.
     #[default]
     Periodic,
-    /// Walls at both ends of x2.
+    /// Walls at both ends.
     Walls,
 }
 
-/// The inside of the tank. Its ends in x1 are walls.
+/// The inside of the tank.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tank {
     /// Places of the end walls on x1 \[m].
@@ -51,7 +51,9 @@ pub struct Tank {
     pub y: [Real; 2],
     /// Height of the floor \[m].
     pub floor: Real,
-    /// Kind of the sides.
+    /// Kind of the ends in x1.
+    pub ends: Sides,
+    /// Kind of the sides in x2.
     pub sides: Sides,
 }
 
@@ -60,6 +62,18 @@ impl Tank {
     #[must_use]
     pub fn length(&self) -> Real {
         self.x[1] - self.x[0]
+    }
+
+    /// Way between two places, the shorter one through sides that are joined \[m].
+    #[must_use]
+    pub fn way(&self, from: Vector, to: Vector) -> Vector {
+        let shorter = |way: Real, kind: Sides, period: Real| match kind {
+            Sides::Periodic => way - period * (way / period).round(),
+            Sides::Walls => way,
+        };
+        let way = to - from;
+        let [x, y] = [shorter(way.x, self.ends, self.length()), shorter(way.y, self.sides, self.width())];
+        Vector::new(x, y, way.z)
     }
 
     /// Width between the sides \[m].
@@ -236,6 +250,6 @@ pub(crate) mod made_up {
 
     /// A tank of 60 x 8 mm about the origin of x1.
     pub fn tank(sides: Sides) -> Tank {
-        Tank { x: [-0.03, 0.03], y: [0.0, 0.008], floor: 0.0, sides }
+        Tank { x: [-0.03, 0.03], y: [0.0, 0.008], floor: 0.0, ends: Sides::Walls, sides }
     }
 }

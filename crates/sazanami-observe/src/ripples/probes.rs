@@ -4,7 +4,7 @@ use std::ops::{AddAssign, Div, Mul};
 
 use sazanami_numerics::{Real, Vector};
 
-use super::{Sides, Tank};
+use super::Tank;
 
 /// Mean over the particles near a place, weighted by kernel and volume (Shepard 1968):
 /// `sum_j V_j W(r_j) f_j / sum_j V_j W(r_j)`. It is exact for what is the same everywhere, also at walls and at the
@@ -35,21 +35,14 @@ impl<W: Fn(Real) -> Real> Interpolation<'_, W> {
     pub fn near(&self, place: Vector) -> Option<Near> {
         let weight_of = |(n, &position): (usize, &Vector)| {
             let within = |between: Real| between.abs() < self.reach;
-            let may_reach = within(position.x - place.x) && within(position.z - place.z);
-            let distance = may_reach.then(|| self.distance(position, place)).filter(|&distance| within(distance))?;
+            let may_reach = within(position.z - place.z);
+            let way = may_reach.then(|| self.tank.way(place, position)).filter(|way| within(way.x))?;
+            let distance = Some(way.length()).filter(|&distance| within(distance))?;
             Some((n, self.volume[n] * (self.kernel)(distance)))
         };
         let weights: Vec<(usize, Real)> = self.position.iter().enumerate().filter_map(weight_of).collect();
         let sum = weights.iter().map(|(_, weight)| weight).sum();
         (weights.len() >= self.least.max(1) && sum > 0.0).then_some(Near { weights, sum })
-    }
-
-    fn distance(&self, a: Vector, b: Vector) -> Real {
-        let mut between = a - b;
-        if self.tank.sides == Sides::Periodic {
-            between.y -= self.tank.width() * (between.y / self.tank.width()).round();
-        }
-        between.length()
     }
 }
 
@@ -126,6 +119,7 @@ pub fn vectors_in_section<W: Fn(Real) -> Real>(
 
 #[cfg(test)]
 mod tests {
+    use super::super::Sides;
     use super::super::made_up::{self, Lattice};
     use super::*;
 

@@ -81,6 +81,19 @@ impl SurfaceProfile {
         if part > 1.0 - 1e-9 { Some(upper) } else { lower.map(|lower| lower + (upper - lower) * part) }
     }
 
+    /// The same of a profile that repeats: between its last and its first place it goes on.
+    #[must_use]
+    pub fn at_repeating(&self, x: Real) -> Option<Real> {
+        let count = self.len() as Real;
+        let place = ((x - self.start) / self.spacing).rem_euclid(count);
+        let ends = [self.heights.last(), self.heights.first()].map(|height| height.copied().flatten());
+        match (place > count - 1.0, ends) {
+            (false, _) => self.at(self.start + place * self.spacing),
+            (true, [Some(last), Some(first)]) => Some(last + (first - last) * (place - (count - 1.0))),
+            _ => None,
+        }
+    }
+
     /// Median of the heights \[m].
     #[must_use]
     pub fn median(&self) -> Option<Real> {

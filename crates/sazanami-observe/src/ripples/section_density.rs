@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use sazanami_numerics::{Real, Vector};
 
-use super::{SurfaceProfile, Tank};
+use super::{Sides, SurfaceProfile, Tank};
 
 /// A share of space at the points of a square grid: the middles of equal parts of the tank in x1, and heights from
 /// the floor on in x3.
@@ -20,8 +20,8 @@ pub(super) struct SectionDensity {
 impl SectionDensity {
     /// Sum of the volumes [m^3] of the particles, each spread over a disc of `radius` \[m] in the section by the
     /// Wendland C2 function of unit integral in two dimensions, `7/(pi R^2) (1-q)^4 (1+4q)` (Wendland 1995), and over
-    /// the whole width. What reaches through the end walls or the floor comes back as from a mirror. For periodic
-    /// sides and for walls alike, nothing leaves across.
+    /// the whole width. What reaches through end walls or the floor comes back as from a mirror, what reaches through
+    /// joined ends at the other one. For periodic sides and for walls alike, nothing leaves across.
     pub fn of(tank: &Tank, spacing: Real, radius: Real, particles: impl Iterator<Item = (Vector, Real)>) -> Self {
         let particles: Vec<_> = particles.collect();
         let top = particles.iter().map(|(place, _)| place.z).fold(tank.floor, Real::max) + radius;
@@ -33,8 +33,11 @@ impl SectionDensity {
         let scale = 7.0 / (PI * radius * radius * tank.width());
         for (place, volume) in particles {
             let images = |x: Real, mirror: Real| [Some(x), ((x - mirror).abs() < radius).then_some(2.0 * mirror - x)];
-            let [own, lower] = images(place.x, tank.x[0]);
-            let [_, upper] = images(place.x, tank.x[1]);
+            let [own, mut lower] = images(place.x, tank.x[0]);
+            let [_, mut upper] = images(place.x, tank.x[1]);
+            if tank.ends == Sides::Periodic {
+                (lower, upper) = (lower.map(|_| place.x + tank.length()), upper.map(|_| place.x - tank.length()));
+            }
             for x in [own, lower, upper].into_iter().flatten() {
                 for z in images(place.z, tank.floor).into_iter().flatten() {
                     density.spread([x, z], radius, volume * scale);

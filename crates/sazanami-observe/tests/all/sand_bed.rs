@@ -99,7 +99,7 @@ fn a_crater_in_sand_is_measured_above_its_noise() {
 fn the_bed_has_the_state_it_was_built_with() {
     let bed = sand(|_| 7.5e-3);
     bed.view(|view| {
-        let height = height_near(view, [SIDE / 2.0; 2], 1e-3).unwrap();
+        let height = height_near(view, &settings().ground(), [SIDE / 2.0; 2], 1e-3).unwrap();
         assert!((7.1e-3..7.8e-3).contains(&height), "{height}");
         // All grains lie between 0 and the slab's top: their volume is exact.
         let porosity = porosity_of_grains(view, 0.0..8e-3, SIDE * SIDE);

@@ -28,7 +28,6 @@ pub const DOWN: Vector = Vector::new(0.0, 0.0, -GRAVITY);
 pub(super) const WALLS: [Side; 2] = [Side::Wall; 2];
 pub(super) const PERIODIC: [Side; 2] = [Side::Periodic; 2];
 pub(super) const OPEN: [Side; 2] = [Side::Open; 2];
-pub(super) const OPEN_TOP: [Side; 2] = [Side::Wall, Side::Open];
 
 /// An experiment could not be set up or went wrong.
 #[derive(Debug, thiserror::Error)]

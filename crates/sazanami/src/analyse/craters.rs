@@ -5,17 +5,16 @@ use std::path::{Path, PathBuf};
 
 use sazanami_io::table::write_csv;
 use sazanami_numerics::Real;
-use sazanami_observe::comparison::{Comparison, RunResult, Series};
-use sazanami_observe::erosion::RIM_AT_EDGE;
+use sazanami_observe::comparison::{Comparison, PowerLaw, RunResult, Series, Volume};
+use sazanami_observe::erosion::{NOT_AT_REST, RIM_AT_EDGE};
 
 use super::lines::{aligned, number};
 use super::output::{Output, free_path, undone};
 use super::summary_file::summary;
-use super::table::Table;
 use crate::case;
 use crate::case::meaning::{FluidName, Region};
 use crate::error::CommandError;
-use crate::results::{CASE, SERIES};
+use crate::results::CASE;
 
 /// Axis ratio of the first liquid of a case, horizontal over vertical.
 fn axis_ratio(folder: &Path) -> Real {
@@ -42,21 +41,9 @@ fn is_same_end(a: Real, b: Real) -> bool {
     (a - b).abs() <= SAME_END * a.abs().max(b.abs())
 }
 
-/// Part of a run at its end in which a crater that has come to rest no longer changes.
-const LAST_PART: Real = 0.1;
-
-/// Relative change of the erosion volume over the last part of a run, by its series; `None` where there is no volume.
-fn late_change(series: &Table) -> Option<Real> {
-    let (times, volumes) = (series.column("time"), series.column("erosion_volume"));
-    let (end, last) = (*times.last()?, *volumes.last()?);
-    let before = times.iter().rposition(|&time| time <= (1.0 - LAST_PART) * end)?;
-    let change = (last - volumes.get(before)?) / last;
-    change.is_finite().then_some(change)
-}
-
 /// The runs that can be compared, and a line about each that cannot, or that was stopped.
 pub(super) fn comparable(folders: &[PathBuf]) -> Result<(Vec<RunResult>, Vec<String>), CommandError> {
-    let mut found: Vec<(Real, RunResult)> = Vec::new();
+    let mut found: Vec<(Real, bool, RunResult)> = Vec::new();
     let mut lines = Vec::new();
     let mut states: HashMap<String, String> = HashMap::new();
     for folder in folders {
@@ -77,38 +64,48 @@ pub(super) fn comparable(folders: &[PathBuf]) -> Result<(Vec<RunResult>, Vec<Str
             continue;
         }
         let erosion = |key: &str| number(&summary, &["observables", "erosion", key]);
-        let Some(volume) = erosion("volume_mm3") else {
+        if erosion("volume_mm3").is_none() {
             lines.push(format!("{name}: left out, it is {status} without an erosion volume"));
             continue;
-        };
+        }
         if status != "finished" {
             lines.push(format!("{name}: {status} at {:.3} ms", 1e3 * end));
         }
         let momentum = &summary["momentum"]["initial"]["liquid"];
         let momentum = (0..3).map(|d| momentum[d].as_f64().unwrap_or_default().powi(2)).sum::<Real>().sqrt();
+        let rests = summary["observables"]["crater_rest"]["at_rest"] == true;
+        let volume = |key: &str| {
+            let of = |what: &str| 1e-9 * erosion(&format!("{key}{what}_mm3")).unwrap_or_default();
+            let said = summary["observables"]["erosion"][format!("{key}_doubts")].as_str().unwrap_or_default();
+            // Of a run that is too short for it nothing is known of rest.
+            let moves = (!rests && !said.contains(NOT_AT_REST)).then_some(NOT_AT_REST);
+            let doubts: Vec<&str> = [said].into_iter().filter(|said| !said.is_empty()).chain(moves).collect();
+            Volume { volume: of(""), uncertainty: of("_uncertainty"), noise: of("_noise"), doubts: doubts.join("; ") }
+        };
         let result = RunResult {
             name,
             momentum,
             axis_ratio: axis_ratio(folder),
-            volume: 1e-9 * volume,
-            uncertainty: 1e-9 * erosion("volume_uncertainty_mm3").unwrap_or_default(),
-            noise: 1e-9 * erosion("volume_noise_mm3").unwrap_or_default(),
-            below_rim: 1e-9 * erosion("volume_below_rim_mm3").unwrap_or_default(),
-            below_rim_uncertainty: 1e-9 * erosion("volume_below_rim_uncertainty_mm3").unwrap_or_default(),
+            below_rim: volume("volume_below_rim"),
+            cap: volume("volume"),
             depth: 1e-3 * erosion("depth_mm").unwrap_or_default(),
             rim_radius: 1e-3 * erosion("rim_radius_mm").unwrap_or_default(),
             splashed: number(&summary, &["observables", "splash", "grains"]).unwrap_or_default() as usize,
-            rim_at_edge: summary["observables"]["erosion"]["rim_at_edge"].as_bool().unwrap_or_default(),
-            late_change: Table::read(&folder.join(SERIES))?.as_ref().and_then(late_change),
         };
-        found.push((end, result));
+        found.push((end, rests, result));
     }
-    let common = common_end(found.iter().map(|&(end, _)| end));
-    let (alike, others): (Vec<_>, Vec<_>) = found.into_iter().partition(|&(end, _)| is_same_end(end, common));
-    lines.extend(others.into_iter().map(|(end, run)| {
-        format!("{}: left out, it ends at {:.3} ms and the others at {:.3} ms", run.name, 1e3 * end, 1e3 * common)
+    // A crater at rest is what it is at any later time.
+    let common = common_end(found.iter().map(|&(end, ..)| end));
+    let (alike, others): (Vec<_>, Vec<_>) =
+        found.into_iter().partition(|&(end, rests, _)| rests || is_same_end(end, common));
+    lines.extend(others.into_iter().map(|(end, _, run)| {
+        let (end, common) = (1e3 * end, 1e3 * common);
+        format!(
+            "{}: left out, it ends at {end:.3} ms before its crater rests, and the others at {common:.3} ms",
+            run.name
+        )
     }));
-    Ok((alike.into_iter().map(|(_, run)| run).collect(), lines))
+    Ok((alike.into_iter().map(|(.., run)| run).collect(), lines))
 }
 
 /// Compares runs: a table for the terminal, and as a file in the folder `out`.
@@ -126,39 +123,43 @@ pub(super) fn several(folders: &[PathBuf], out: &Path, output: &mut Output) -> R
 }
 
 /// Writes the table of a comparison as CSV.
-fn write(path: &Path, header: &[String; 12], rows: &[[String; 12]], output: &mut Output) -> Result<(), CommandError> {
+fn write(path: &Path, header: &[String; 14], rows: &[[String; 14]], output: &mut Output) -> Result<(), CommandError> {
     write_csv(path, std::iter::once(header).chain(rows)).map_err(undone)?;
     output.message(&format!("wrote {}", path.display()));
     Ok(())
 }
 
-/// The law through a series with what speaks against it, and the scatter of repeated runs.
-fn conclusions(series: &Series) -> Vec<String> {
-    let mut lines = Vec::new();
-    let left_out: Vec<String> =
-        series.runs.iter().filter_map(|run| Some(format!("{} ({})", run.name, run.doubt()?.words()))).collect();
+/// The law of a volume through a series, and what counts for none.
+fn law_through(series: &Series, what: &str, law: Option<PowerLaw>, of: fn(&RunResult) -> &Volume) -> Vec<String> {
     let shape = format!("D_H/D_V = {:.2}", series.axis_ratio);
-    if !left_out.is_empty() {
-        lines.push(format!("{shape}: no part of a law: {}", left_out.join(", ")));
-        if series.runs.iter().any(|run| run.rim_at_edge) {
-            lines.push(format!("warning: where {RIM_AT_EDGE}, V is not reliable: make the box wider"));
-        }
-    }
-    match &series.law {
+    let doubted = series.runs.iter().filter(|run| !of(run).doubts.is_empty());
+    let doubted: Vec<String> = doubted.map(|run| format!("{} ({})", run.name, of(run).doubts)).collect();
+    let left_out = (!doubted.is_empty()).then(|| format!("{shape}, {what}: no part of a law: {}", doubted.join(", ")));
+    let found = match law {
         Some(law) => {
             let error = law.standard_error.map_or_else(String::new, |error| format!(" +- {error:.2}"));
-            lines.push(format!("{shape}: V ~ (m v)^{:.2}{error} over {} runs", law.exponent, law.points));
+            format!("{shape}: {what} ~ (m v)^{:.2}{error} over {} runs", law.exponent, law.points)
         }
-        None => lines.push(format!("{shape}: no law: it takes two runs at rest with different momenta")),
+        None => format!("{shape}, {what}: no law: it takes two runs without doubts with different momenta"),
+    };
+    left_out.into_iter().chain([found]).collect()
+}
+
+/// The laws through a series with what counts for none, and the scatter of repeated runs.
+fn conclusions(series: &Series) -> Vec<String> {
+    let mut lines = law_through(series, "volume below the rim", series.law_below_rim, |run| &run.below_rim);
+    lines.extend(law_through(series, "V", series.law_of_cap, |run| &run.cap));
+    if series.runs.iter().any(|run| run.cap.doubts.contains(RIM_AT_EDGE)) {
+        lines.push(format!("warning: where {RIM_AT_EDGE}, no volume is reliable: make the box wider"));
     }
     for scatter in series.scatter().iter().filter(|scatter| scatter.runs > 1) {
+        let of =
+            |[mean, deviation]: [Real; 2]| format!("{:.2} mm^3, deviation {:.2} mm^3", 1e9 * mean, 1e9 * deviation);
         lines.push(format!(
-            "m v = {:.1} g cm/s: {:.2} mm^3 below the rim, deviation {:.2} mm^3; V = {:.2} mm^3, deviation {:.2} mm^3, over {} runs",
+            "m v = {:.1} g cm/s: below the rim {}; V = {}; over {} runs",
             1e5 * scatter.momentum,
-            1e9 * scatter.below_rim[0],
-            1e9 * scatter.below_rim[1],
-            1e9 * scatter.mean,
-            1e9 * scatter.deviation,
+            of(scatter.below_rim),
+            of([scatter.mean, scatter.deviation]),
             scatter.runs
         ));
     }

@@ -6,6 +6,7 @@ use sazanami_numerics::Real;
 use serde_json::Value;
 
 use super::output::newest_picture;
+use crate::case::units::with_bar;
 
 /// Least part of the liquid that is told to be covered by grains: with their surfaces as bounds of the liquid there is none.
 const COVERED: Real = 5e-4;
@@ -148,10 +149,10 @@ fn volume(erosion: &Value, key: &str) -> Option<String> {
     }
     let volume = number(erosion, &[&format!("{key}_mm3")])?;
     let uncertainty = number(erosion, &[&format!("{key}_uncertainty_mm3")]);
-    let uncertainty = uncertainty.map_or_else(String::new, |value| format!(" +- {value:.2}"));
+    let amount = uncertainty.map_or_else(|| format!("{volume:.2}"), |bar| with_bar(volume, bar).join(" +- "));
     let doubts = erosion[&format!("{key}_doubts")].as_str();
     let caution = doubts.map_or_else(String::new, |doubts| format!(" (not reliable: {doubts})"));
-    Some(format!("{volume:.2}{uncertainty} mm^3{caution}"))
+    Some(format!("{amount} mm^3{caution}"))
 }
 
 /// Since when the volume below the rim stays as it is, where the crater has come to rest, or why that is not known.

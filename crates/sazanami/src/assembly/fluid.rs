@@ -71,7 +71,7 @@ pub fn settings(case: &Case) -> Settings {
         }
     };
     Settings {
-        gravity: case.force_by_mass(0.0),
+        gravity: case.force_by_mass([0.0; 2]),
         limits,
         tolerance: Tolerance {
             divergence: case.fluid.divergence_tolerance,

@@ -53,7 +53,8 @@ impl Search<'_> {
             time: 0.0,
         };
         let bed = &self.case.bed;
-        bed_profile::height_near(&view, bed.axis, bed.height_radius).unwrap_or(self.case.domain.lower.z)
+        bed_profile::height_near(&view, &self.case.ground(), bed.axis, bed.height_radius)
+            .unwrap_or(self.case.domain.lower.z)
     }
 
     /// A liquid above the bed must not reach out of the box.

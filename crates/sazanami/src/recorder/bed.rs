@@ -8,7 +8,7 @@ use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Quaternion, Real, Vector};
 use sazanami_observe::heap::{Heap, HeapError, HeapSettings};
-use sazanami_observe::{BedView, Body, GatheredBed, bed_profile};
+use sazanami_observe::{BedView, Body, GatheredBed, Ground, bed_profile};
 use serde_json::{Value, json};
 
 use crate::case::meaning::Case;
@@ -78,14 +78,15 @@ pub(super) fn heap_json(heap: &Result<Heap, HeapError>) -> Value {
 /// Settings of the heap of a case, if it measures one.
 pub(super) fn heap_settings(case: &Case) -> Option<HeapSettings> {
     let heap = case.heap?;
-    let domain = &case.domain;
+    let Ground { lower, upper, periodic } = case.ground();
     Some(HeapSettings {
         shape: heap.shape,
         axis: heap.axis,
         grain_size: heap.grain_size,
-        lower: [domain.lower.x, domain.lower.y],
-        upper: [domain.upper.x, domain.upper.y],
-        floor: domain.lower.z,
+        lower,
+        upper,
+        periodic,
+        floor: case.domain.lower.z,
         gravity: case.resting_gravity().length(),
     })
 }
@@ -193,6 +194,7 @@ impl GatheredGrains {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BedSettings {
     floor: Real,
+    ground: Ground,
     slab: [Real; 2],
     height_radius: Real,
     axis: [Real; 2],
@@ -204,6 +206,7 @@ impl BedSettings {
         let extent = case.domain.extent();
         Self {
             floor: case.domain.lower.z,
+            ground: case.ground(),
             slab: case.bed.porosity_slab(),
             height_radius: case.bed.height_radius,
             axis: case.bed.axis,
@@ -213,7 +216,7 @@ impl BedSettings {
 
     /// Highest node near the axis \[m]; the floor without grains there.
     fn height(&self, bed: &BedView) -> Real {
-        bed_profile::height_near(bed, self.axis, self.height_radius).unwrap_or(self.floor)
+        bed_profile::height_near(bed, &self.ground, self.axis, self.height_radius).unwrap_or(self.floor)
     }
 
     /// Measures of a bed as it lies.

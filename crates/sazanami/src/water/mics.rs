@@ -35,10 +35,10 @@ impl Water for Solver {
         mut watch: impl FnMut(&'static str),
     ) -> Result<StepReport, StepProblem> {
         if case.frame.is_some() || case.drive.is_some_and(|drive| drive.oscillation.is_some()) {
-            self.set_gravity(case.force_by_mass(time + 0.5 * dt));
+            self.set_gravity(case.force_by_mass([time, time + dt]));
         }
         if case.drive.is_some() {
-            self.drive_by_pressure(case.force_by_volume(time + 0.5 * dt));
+            self.drive_by_pressure(case.force_by_volume([time, time + dt]));
         }
         let outcome = match &case.fluid.carrying_flow {
             Some(carrying) => {

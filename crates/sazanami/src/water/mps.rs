@@ -15,11 +15,12 @@ use crate::naming::grain_kind;
 
 /// Body force, displacement and velocity of the walls in the step from `time` to `time + dt` \[s].
 fn forcing(case: &Case, time: Real, dt: Real) -> Forcing {
-    let [body_force, by_volume] = [case.effective_gravity(time + 0.5 * dt), case.force_by_volume(time + 0.5 * dt)];
+    let step = [time, time + dt];
+    let [body_force, by_volume] = [case.effective_gravity(step), case.force_by_volume(step)];
     if !case.walls_move() {
         return Forcing { body_force, by_volume, ..Forcing::default() };
     }
-    let [before, after] = [time, time + dt].map(|time| case.tank_at(time)[0]);
+    let [before, after] = step.map(|time| case.tank_at(time)[0]);
     Forcing { body_force, by_volume, wall_displacement: after, wall_velocity: (after - before) / dt }
 }
 
@@ -30,7 +31,7 @@ impl Water for Solver {
     named_alike!();
 
     fn stable_step(&mut self, case: &Case, time: Real) -> StableStep {
-        Solver::stable_step(self, case.effective_gravity(time))
+        Solver::stable_step(self, case.effective_gravity([time; 2]))
     }
 
     fn advance(

@@ -6,7 +6,7 @@ use sazanami_dem::{Body, Damping, Engine, Grain, Interactions, LinearSpringDashp
 use sazanami_mics::ball::ball;
 use sazanami_mics::boundary::Boundary;
 use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
-use sazanami_mics::grains::{Coupling, Exchange};
+use sazanami_mics::grains::Coupling;
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::solver::{Settings, Solver};
 use sazanami_mics::stability::StepLimits;
@@ -20,7 +20,7 @@ use sazanami_test_support::{allocations_of_thread, bytes_of_thread, trace_alloca
 const WIDTH: Real = 4e-3;
 
 /// Grains on a floor, pressed together by a strong slanted gravity, in shallow water that a drop falls into.
-fn solver(substeps: Substeps, exchange: Exchange) -> Solver {
+fn solver() -> Solver {
     let domain = Domain::solo(Grid::new([16, 16, 12], Vector::ZERO, Vector::new(WIDTH, WIDTH, 3e-3)), [false; 3]);
     let boundary = Boundary::closed();
     let fluids = Fluids { liquid_density: 1e3, gas_density: 1.0, liquid_viscosity: 1e-3, gas_viscosity: 1e-5 };
@@ -63,7 +63,7 @@ fn solver(substeps: Substeps, exchange: Exchange) -> Solver {
         })
         .collect();
     let engine = Engine::new(&domain, setup, &grains).expect("the case is sound");
-    let coupling = Coupling { exchange, substeps, ..Coupling::default() };
+    let coupling = Coupling { substeps: Substeps::Auto, ..Coupling::default() };
     let settings = Settings {
         gravity: Vector::new(3.0, 1.0, -30.0),
         limits: StepLimits::up_to(2e-5),
@@ -75,13 +75,8 @@ fn solver(substeps: Substeps, exchange: Exchange) -> Solver {
 
 #[test]
 fn a_step_with_grains_in_contact_allocates_nothing() {
-    [Exchange::Stress, Exchange::Surface].into_iter().for_each(allocates_nothing);
-}
-
-/// A step beside grains in contact with this exchange takes no memory.
-fn allocates_nothing(exchange: Exchange) {
     with_threads(1, || {
-        let mut solver = solver(Substeps::Auto, exchange);
+        let mut solver = solver();
         let mut step = |watched: bool| {
             let stable = solver.stable_step();
             let (count, bytes) = (allocations_of_thread(), bytes_of_thread());

@@ -62,7 +62,7 @@ fn rebound(folder: &Path, density: Real, overrides: &[&str]) -> [Real; 2] {
     [density * 6e-3 * before / (9.0 * 0.02), after / (0.9 * before)]
 }
 
-/// Legendre et al. (2006), Chem. Eng. Sci. 61, 6681, through the measurements of Gondret et al. (2002), Phys. Fluids 14, 643, who
+/// Legendre et al. (2006), Chem. Eng. Sci. 61, 3543, through the measurements of Gondret et al. (2002), Phys. Fluids 14, 643, who
 /// saw none below a Stokes number of 20.
 #[test]
 fn a_bead_rebounds_as_measured() {

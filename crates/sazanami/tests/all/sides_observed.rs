@@ -168,3 +168,56 @@ fn points_on_walls_read_the_wall() {
         assert!(at("p6", "velocity_1") > 0.05, "{floor}: {}", at("p6", "velocity_1"));
     }
 }
+
+#[test]
+fn points_on_open_sides_read_the_fluid_outside() {
+    // Still water over a floor of given pressure: at its middle, edges and corners, and between two ranks.
+    let full = "liquid=[{ region.half_space = { point = [\"0 m\", \"0 m\", \"1 m\"] } }]";
+    let open = "boundary={ all = \"slip\", x3_lower = { fixed_pressure = { fluid = \"liquid\" } } }";
+    let points =
+        [[16.0, 8.0, 0.0], [0.0, 0.0, 0.0], [32.0, 16.0, 0.0], [32.0, 8.0, 0.0], [15.3, 8.4, 0.0], [16.0, 8.0, 7.0]];
+    let mut probes: Vec<(String, String)> = points
+        .iter()
+        .enumerate()
+        .map(|(n, [x, y, z])| (format!("p{n}"), format!("point = [{}, {}, {}]", mm(*x), mm(*y), mm(*z))))
+        .collect();
+    probes.push(("floor".to_owned(), "plane.x3 = \"0 mm\"".to_owned()));
+    for on in [On::threads(1), On::ranks(4, 1)] {
+        let at = read(BOX, &probes, &[full, open], &format!("open-{}", on.ranks), on);
+        let floor = at("floor", "mean_pressure");
+        for (n, [.., z]) in points.iter().enumerate() {
+            let expected = floor - 9800.0 * z * 1e-3;
+            let found = at(&format!("p{n}"), "pressure");
+            assert!((found - expected).abs() < 1e-6 * floor.abs(), "{n}: {found} {expected}");
+        }
+    }
+}
+
+#[test]
+fn points_and_gauges_of_moving_particles_are_the_same_on_both_sides_of_a_seam() {
+    let case = include_str!("../cases/sides-observed-seams.toml");
+    let places = [[0.0, 0.0], [24.0, 0.0], [0.0, 24.0], [24.0, 24.0]];
+    let probes: Vec<(String, String)> = places
+        .iter()
+        .enumerate()
+        .flat_map(|(n, [x, y])| {
+            let [x, y] = [mm(*x), mm(*y)];
+            [
+                (format!("p{n}"), format!("point = [{x}, {y}, \"4 mm\"]")),
+                (format!("g{n}"), format!("gauge = [{x}, {y}]")),
+            ]
+        })
+        .chain([("middle".to_owned(), "gauge = [\"12 mm\", \"12 mm\"]".to_owned())])
+        .collect();
+    let at = read(case, &probes, &[], "seams", On::threads(1));
+    for n in 1..places.len() {
+        for column in ["pressure", "velocity_1", "velocity_3"] {
+            let [first, other] = [0, n].map(|n| at(&format!("p{n}"), column));
+            assert!((first - other).abs() < 1e-9 * first.abs(), "{n} {column}: {first} {other}");
+        }
+        let [first, other] = [0, n].map(|n| at(&format!("g{n}"), "water_level"));
+        assert!((first - other).abs() < 1e-9, "{n}: {first} {other}");
+    }
+    // Negative control: the water is not the same everywhere.
+    assert!((at("middle", "water_level") - at("g0", "water_level")).abs() > 1e-3);
+}

@@ -6,7 +6,7 @@ mod grains;
 
 pub(crate) use flows::jets;
 pub(crate) use fluid::operators;
-pub(crate) use grains::{bed_load, repose, void_fraction};
+pub(crate) use grains::void_fraction;
 
 use crate::particles::ExperimentError;
 

@@ -16,6 +16,7 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_observe::budget::{LiquidBudget, LiquidVolume, MomentumBudget};
 use sazanami_observe::erosion::{CraterCourse, Erosion, ErosionSettings, InitialBed, VolumeCourse};
 use sazanami_observe::splash::SplashTracker;
+use sazanami_observe::{BedView, Ground};
 
 use super::bed::GatheredGrains;
 use super::files::Files;
@@ -228,8 +229,9 @@ impl Observer for GridObserver {
         }
         self.evaluate_erosion(grains);
         self.findings.set_rest(&self.course, time);
-        if let Some(mut splash) = self.splash.take() {
-            self.findings.splash = Some(grains.with_bed(|bed| splash.observe(bed)));
+        if let (Some(mut splash), Some(settings)) = (self.splash.take(), &self.erosion) {
+            let seen = |bed: &BedView| settings.ground().seen_from(settings.axis, bed, |bed| splash.observe(bed));
+            self.findings.splash = Some(grains.with_bed(seen));
             self.splash = Some(splash);
         }
     }
@@ -238,7 +240,7 @@ impl Observer for GridObserver {
         if let Some(erosion) = &self.findings.erosion {
             self.course.add(time, [erosion.crater.volume, erosion.crater.volume_direct]);
             let [part, span] = KEPT;
-            self.rested = self.erosion.as_ref().is_some_and(|settings| erosion.has_crater(settings.grain_size))
+            self.rested = erosion.has_crater()
                 && LOOSE * erosion.airborne_volume <= part * erosion.crater.volume_direct
                 && self.course.has_kept(erosion, span);
         }
@@ -371,10 +373,10 @@ pub(crate) fn drops(case: &Case) -> usize {
 
 pub(crate) fn erosion_settings(case: &Case) -> Option<ErosionSettings> {
     let erosion = case.erosion.as_ref()?;
-    let corner = |v: Vector| [v.x, v.y];
-    let (lower, upper) = (corner(case.domain.lower), corner(case.domain.upper));
+    let Ground { lower, upper, periodic } = case.ground();
     Some(ErosionSettings {
         axis: erosion.axis,
+        periodic,
         cell: erosion.dx,
         layer: erosion.dr,
         largest_radius: erosion.r_max,

@@ -117,7 +117,7 @@ pub(crate) fn bed_surface(
     let at = |(n, height): (usize, Real)| [(n as Real + 0.5) * settings.surface_layer(), height];
     let before = before.map_or_else(Points::new, |bed| bed.heights.iter().copied().enumerate().map(at).collect());
     let now_at = |erosion: &Erosion| erosion.surface.filled().into_iter().enumerate().map(at).collect();
-    let found = now.filter(|erosion| erosion.has_crater(settings.grain_size));
+    let found = now.filter(|erosion| erosion.has_crater());
     BedSurface {
         axis: settings.axis[0],
         before,

@@ -93,10 +93,10 @@ fn measure(case: &Case, solver: &Solver, time: Real, probe: &Probe) -> Vec<Value
     let domain = solver.domain();
     let written @ [_, drift] = case.to_written_frame(time);
     match &probe.place {
-        ProbePlace::Point(point) => cells(AT_POINT, &at_point(case, solver, *point, drift)).collect(),
+        ProbePlace::Point(point) => cells(AT_POINT, &at_point(solver, *point, drift)).collect(),
         ProbePlace::Line { from, to, points } => {
             let last = points.saturating_sub(1).max(1) as Real;
-            let at = |n: usize| at_point(case, solver, *from + (*to - *from) * (n as Real / last), drift);
+            let at = |n: usize| at_point(solver, *from + (*to - *from) * (n as Real / last), drift);
             (0..*points).flat_map(|n| cells(AT_POINT, &at(n)).collect::<Vec<_>>()).collect()
         }
         ProbePlace::Plane { direction, position } => {
@@ -113,59 +113,62 @@ fn measure(case: &Case, solver: &Solver, time: Real, probe: &Probe) -> Vec<Value
     }
 }
 
-/// Values interpolated linearly between cell centres and to the sides of the box; the rank whose part holds the point gives them. `drift`
-/// is the velocity of the tank in the frame that is written [m/s].
-fn at_point(case: &Case, solver: &Solver, point: Vector, drift: Vector) -> AtPoint {
+/// Values interpolated linearly between cell centres and to the sides of the box. `drift` is the velocity of the tank in the frame that is
+/// written [m/s]. All ranks take part.
+fn at_point(solver: &Solver, point: Vector, drift: Vector) -> AtPoint {
     let domain = solver.domain();
-    let found =
-        if domain.owner_of(point) == domain.communicator().rank() { fields_at(case, solver, point) } else { [0.0; 6] };
-    let [liquid, room, pressure, u1, u2, u3] = domain.sum(found);
+    let grid = domain.grid();
+    let place = ((point - grid.lower) / grid.spacing - 0.5).to_array();
+    let low = place.map(|place| place.floor() as isize);
+    // The layer behind a side holds what gives the side, half-way to it, its velocity and its pressure.
+    let to_side = [0, 1, 2].map(|d| [1.0 - (place[d] - low[d] as Real), place[d] - low[d] as Real]);
+    // Liquid is that of the cell; through periodic sides it goes on.
+    let within = [0, 1, 2].map(|d| match low[d] {
+        _ if domain.periodic()[d] => to_side[d],
+        -1 => [0.0, 1.0],
+        last if last == grid.cells[d] as isize - 1 => [1.0, 0.0],
+        _ => to_side[d],
+    });
+    let around = around(solver, low);
+    let mean = |value: usize, weights: [[Real; 2]; 3]| -> Real {
+        let parts = around.iter().enumerate().map(|(corner, values)| {
+            let weight: Real = (0..3).map(|d| weights[d][corner >> d & 1]).product();
+            if weight > 0.0 { weight * values[value] } else { 0.0 }
+        });
+        parts.sum()
+    };
+    let [liquid, room] = [0, 1].map(|value| mean(value, within));
+    let [u1, u2, u3] = [3, 4, 5].map(|value| mean(value, to_side));
+    // Behind edges there is no pressure: the differences to the sides add up.
+    let inside = mean(2, within);
+    let towards = |d: usize| mean(2, std::array::from_fn(|e| if e == d { to_side[e] } else { within[e] })) - inside;
+    let pressure = inside + (0..3).filter(|&d| to_side[d] != within[d]).map(towards).sum::<Real>();
     let liquid_fraction = if solver.has_open_room() { (room > 0.0).then(|| liquid / room) } else { Some(liquid) };
     AtPoint { liquid_fraction, pressure, velocity: Vector::new(u1, u2, u3) + drift }
 }
 
-/// Liquid and its room, in cell volumes, pressure and velocity at a point of this rank's part.
-fn fields_at(case: &Case, solver: &Solver, point: Vector) -> [Real; 6] {
-    let (domain, grid) = (solver.domain(), solver.domain().grid());
-    let place = (point - grid.lower) / grid.spacing - 0.5;
-    // Between the outermost centres; through periodic sides it goes on.
-    let mut within = place;
-    for d in (0..3).filter(|&d| !domain.periodic()[d]) {
-        within[d] = within[d].clamp(0.0, grid.cells[d] as Real - 1.0);
-    }
-    let [liquid, room] = interpolate(solver, within, |at| solver.liquid_and_room(at));
-    // The layer behind a side holds what gives the side, half-way to it, its velocity and, but for its edges behind open sides, its pressure.
-    let u = solver.flow().velocity.each_ref().map(Field::data);
-    let [u1, u2, u3] = interpolate(solver, place, |at| [u[0][at], u[1][at], u[2][at]]);
-    let is_open = |d: usize| case.boundary[d][usize::from(place[d] > within[d])].is_open();
-    let of_pressure = Vector::from_array([0, 1, 2].map(|d| if is_open(d) { within[d] } else { place[d] }));
-    let p = solver.pressure().data();
-    let [pressure] = interpolate(solver, of_pressure, |at| [p[at]]);
-    [liquid, room, pressure, u1, u2, u3]
-}
-
-/// A value in the cells, linear between their centres.
-fn interpolate<const N: usize>(solver: &Solver, place: Vector, value: impl Fn(usize) -> [Real; N]) -> [Real; N] {
+/// Liquid and its room, in cell volumes, pressure and velocity in the eight cells from `low` on, of which the outermost lie behind the sides:
+/// the rank gives them that has the cell before it.
+fn around(solver: &Solver, low: [isize; 3]) -> [[Real; 6]; 8] {
     let (domain, layout) = (solver.domain(), solver.pressure());
-    let (cells, start) = (domain.cells(), domain.start());
-    let mut sum = [0.0; N];
-    for corner in 0..8_usize {
-        let mut weight = 1.0;
-        let mut cell = [0_isize; 3];
-        for d in 0..3 {
-            let low = place[d].floor();
-            let upper = corner >> d & 1 == 1;
-            weight *= if upper { place[d] - low } else { 1.0 - (place[d] - low) };
-            let index = low as isize + isize::from(upper) - start[d] as isize;
-            // One layer beyond the rank's part is filled for every field.
-            cell[d] = index.clamp(-1, cells[d] as isize);
-        }
-        if weight > 0.0 {
-            let values = value(layout.at(cell[0], cell[1], cell[2]));
-            sum.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
+    let (cells, start, all) = (domain.cells(), domain.start(), domain.grid().cells);
+    let u = solver.flow().velocity.each_ref().map(Field::data);
+    let mut found = [0.0; 48];
+    for (corner, values) in found.chunks_exact_mut(6).enumerate() {
+        let index = [0, 1, 2].map(|d| low[d] + (corner >> d & 1) as isize);
+        let is_own = |d: usize| {
+            let before = index[d].clamp(0, all[d] as isize - 1) - start[d] as isize;
+            (0..cells[d] as isize).contains(&before)
+        };
+        if (0..3).all(is_own) {
+            let [i, j, k] = [0, 1, 2].map(|d| index[d] - start[d] as isize);
+            let at = layout.at(i, j, k);
+            let [liquid, room] = solver.liquid_and_room(at);
+            values.copy_from_slice(&[liquid, room, layout.data()[at], u[0][at], u[1][at], u[2][at]]);
         }
     }
-    sum
+    let found = domain.sum(found);
+    std::array::from_fn(|corner| std::array::from_fn(|value| found[6 * corner + value]))
 }
 
 fn through_plane(domain: &Domain, solver: &Solver, direction: usize, position: Real) -> ThroughPlane {

@@ -16,7 +16,7 @@ use sazanami_numerics::choice::Choice;
 pub(super) fn write(job: &Job, gathered: &GatheredTank, clock: &Clock, files: &mut Files) -> Result<(), RecordError> {
     let water = &gathered.water;
     let [shift, drift] = job.case.to_written_frame(clock.time());
-    let body_force = job.case.effective_gravity(clock.time());
+    let body_force = job.case.effective_gravity([clock.time(); 2]);
     let places: Vec<Vector> = water.position.iter().map(|&x| x + shift).collect();
     let part = |d: usize| water.velocity.iter().map(|v| v[d] + drift[d]).collect::<Vec<Real>>();
     let velocity = [part(0), part(1), part(2)];
@@ -36,7 +36,7 @@ pub(super) fn write(job: &Job, gathered: &GatheredTank, clock: &Clock, files: &m
 pub(super) fn water_state(job: &Job, gathered: &GatheredTank, clock: &Clock) -> WaterState {
     let water = &gathered.water;
     let [shift, drift] = job.case.to_written_frame(clock.time());
-    let body_force = job.case.effective_gravity(clock.time());
+    let body_force = job.case.effective_gravity([clock.time(); 2]);
     let volume = gathered.spacing.powi(3);
     let arrays = vec![
         Array::reals("position", 3, water.position.iter().flat_map(|&x| (x + shift).to_array())),

@@ -217,14 +217,10 @@ fn unlikely_speed(case: &Case) -> Real {
 
 /// The tank as ripples are measured in it.
 pub(crate) fn tank_of(case: &Case) -> Tank {
-    let periodic = case.boundary[1][0] == meaning::BoundarySide::Periodic;
+    let [ends, sides] =
+        [0, 1].map(|d| if case.periodic()[d] { ripples::Sides::Periodic } else { ripples::Sides::Walls });
     let (lower, upper) = (case.domain.lower, case.domain.upper);
-    Tank {
-        x: [lower.x, upper.x],
-        y: [lower.y, upper.y],
-        floor: lower.z,
-        sides: if periodic { ripples::Sides::Periodic } else { ripples::Sides::Walls },
-    }
+    Tank { x: [lower.x, upper.x], y: [lower.y, upper.y], floor: lower.z, ends, sides }
 }
 
 impl Observer for ParticleObserver {

@@ -4,7 +4,7 @@ use std::cell::OnceCell;
 
 use sazanami_io::table::Value;
 use sazanami_numerics::{Real, Vector};
-use sazanami_observe::ripples::{Near, SurfaceProfile, Tank};
+use sazanami_observe::ripples::{Near, Sides, SurfaceProfile, Tank};
 
 use super::gathered::GatheredTank;
 use crate::assembly::grains::identifier;
@@ -96,7 +96,11 @@ fn measure(case: &Case, view: &View<'_>, time: Real, place: &ProbePlace) -> Vec<
         // The surface is a mean over the width.
         ProbePlace::Gauge([x, _]) => {
             let surface = surface.get_or_init(|| gathered.surface(tank));
-            cells(&GAUGE, &surface.at(*x)).collect()
+            let level = match tank.ends {
+                Sides::Periodic => surface.at_repeating(*x),
+                Sides::Walls => surface.at(*x),
+            };
+            cells(&GAUGE, &level).collect()
         }
         // Refused with the case.
         ProbePlace::Plane { .. } => Vec::new(),
@@ -105,7 +109,7 @@ fn measure(case: &Case, view: &View<'_>, time: Real, place: &ProbePlace) -> Vec<
 
 /// Means over the particles around each point, weighted by their volume and distance; nothing where there are too few.
 fn at_points(case: &Case, tank: &Tank, gathered: &GatheredTank, time: Real, points: &[Vector]) -> Vec<Value> {
-    let body_force = case.effective_gravity(time);
+    let body_force = case.effective_gravity([time; 2]);
     let [_, drift] = case.to_written_frame(time);
     let around = gathered.around(tank);
     let read = |near: &Near| AtPoint {

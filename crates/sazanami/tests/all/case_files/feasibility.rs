@@ -347,6 +347,35 @@ fn files_that_are_no_texts_are_named_and_not_read_without_end() {
     assert!(endless.contains("longer than 64 MiB"), "{endless}");
 }
 
+#[test]
+fn keys_of_other_contact_spheres_are_refused() {
+    let text = |keys: &str| {
+        format!(
+            "{SMALL}[material.sand]\ndensity = \"2650 kg/m^3\"\n[[grains]]\nshape.box = {{ size = [\"0.3 mm\", \"0.3 mm\", \"0.3 mm\"] }}\n{keys}\nplacement.list = [{{ position = [\"0.5 mm\", \"0.5 mm\", \"0.5 mm\"] }}]\n"
+        )
+    };
+    for (keys, key) in [
+        ("sphere_file = \"none.txt\"", "sphere_file"),
+        ("contact_spheres = \"shell(20)\"\nsphere_file_unit = \"1 mm\"", "sphere_file_unit"),
+        ("contact_spheres = \"file\"\nsphere_file = \"none.txt\"\nsphere_radius = \"0.02 mm\"", "sphere_radius"),
+    ] {
+        let error = read(&text(keys), &[]).unwrap_err().to_string();
+        assert!(error.contains(&format!("`{key}` does nothing with these contact spheres")), "{keys}: {error}");
+    }
+    // Negative control: where it is meant.
+    assert!(read(&text("sphere_radius = \"0.02 mm\""), &[]).is_ok());
+}
+
+#[test]
+fn the_bed_is_measured_on_the_scale_of_its_grains() {
+    // Grains of half a metre: their height about the axis and their porosity, with what the case leaves out.
+    let text = "gravity = \"9.8 m/s^2\"\n[domain]\nsize = [\"5 m\", \"5 m\", \"8 m\"]\ncells = [10, 10, 16]\n[material.rock]\ndensity = \"2500 kg/m^3\"\n[contact.default]\nnormal_stiffness = \"1e8 N/m\"\n[[grains]]\nshape.sphere = { diameter = \"0.5 m\" }\nplacement.lattice = { lower = [\"0 m\", \"0 m\", \"0 m\"], upper = [\"5 m\", \"5 m\", \"1 m\"], counts = [9, 9, 2] }\n[run]\nuntil = \"1 s\"\n";
+    let bed = read(text, &[]).unwrap().case.bed;
+    assert_eq!([bed.height_radius, bed.porosity_upper], [1.0, 5.0]);
+    // Negative control: what is given stands.
+    assert_eq!(read(text, &["bed.height_radius=1 mm"]).unwrap().case.bed.height_radius, 1e-3);
+}
+
 #[cfg(unix)]
 #[test]
 fn files_that_a_case_names_are_regular() {
@@ -367,6 +396,7 @@ fn files_that_a_case_names_are_regular() {
         grains(ball, &format!("contact_spheres = \"file\"\nsphere_file = \"{zero}\""), place),
         grains(ball, "", &format!("bed = {{ file = \"{zero}\" }}")),
         format!("{SMALL}[frame.motion]\nfile = \"{zero}\"\naxis = \"x1\"\n"),
+        format!("{SMALL}[[liquid]]\nregion.file = {{ file = \"{zero}\" }}\n"),
     ] {
         let refused = match read(&text, &[]) {
             Ok(loaded) => match feasible::check(&loaded, &machine(ENOUGH), &CostModel::default()) {

@@ -118,7 +118,7 @@ fn values_mean_what_they_say() {
     assert_eq!(case.output.fields.at, [0.1e-3, 0.3e-3]);
     assert_eq!(case.erosion.as_ref().map(|e| (e.dx, e.grain_size)), Some((1e-3, 0.52e-3)));
     assert_eq!(case.checkpoint.every_wall, None);
-    let still = case.effective_gravity(0.0);
+    let still = case.effective_gravity([0.0; 2]);
     assert!((still.x - (-0.1 - 2.0 * 30_f64.to_radians().sin())).abs() < 1e-15);
 }
 
