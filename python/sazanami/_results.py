@@ -27,6 +27,10 @@ class States(Sequence[State]):
     def __len__(self) -> int:
         return len(self.times)
 
+    def __repr__(self) -> str:
+        span = f", {self.times[0]:g} to {self.times[-1]:g} s" if self.times else ""
+        return f"<{len(self)} states{span}>"
+
     def __getitem__(self, number: Any) -> Any:
         if isinstance(number, slice):
             return [self[n] for n in range(*number.indices(len(self)))]

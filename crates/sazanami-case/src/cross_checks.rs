@@ -15,7 +15,7 @@ use crate::presets::Solver;
 use crate::read::Context;
 use crate::surface_tension;
 use crate::tables::{
-    BoundarySide, GrainPlacement, OutputFrame, Population, PressureForm, RunEnd, TankMotion, place_of_side,
+    BoundarySide, GrainPlacement, OutputFrame, Population, PressureForm, ProbePlace, RunEnd, TankMotion, place_of_side,
 };
 use crate::units::rounded;
 
@@ -37,6 +37,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     }
     check_late_outputs(case, cx);
     check_end_of_motion(case, cx);
+    check_gauges(case, cx);
     plausible::check(case, cx);
     check_velocity_fields(case, cx);
     check_rest(case, cx);
@@ -51,6 +52,22 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     driven::check(case, cx);
     driven::check_fall(case, cx);
     liquids_at_walls::check(case, cx);
+}
+
+/// Warns of gauges where liquid does not lie on the floor.
+fn check_gauges(case: &Case, cx: &mut Context<'_>) {
+    let down = -case.resting_gravity();
+    for (number, probe) in case.probes.iter().enumerate() {
+        if matches!(probe.place, ProbePlace::Gauge(_)) && down.z < 0.5 * down.length() {
+            cx.report
+                .warning(
+                    cx.places.of(&format!("probe.{number}.gauge")),
+                    "a gauge measures along x3, and gravity points elsewhere",
+                )
+                .label("it gives the height up to which liquid stands over the floor at x3_lower")
+                .help("let gravity point along -x3, or take points or planes");
+        }
+    }
 }
 
 /// Warns of a recorded motion that ends before the run and not at rest.

@@ -132,6 +132,7 @@ pub const CASES: &[Case] = &[
     case!("grain-arrays"),
     case!("random-bed"),
     case!("moving-sphere"),
+    case!("squeezed-plates"),
     case!("two-spheres"),
     case!("light-sphere"),
     case!("settling", with "settling"),

@@ -166,6 +166,19 @@ mod tests {
         let (runs, lines) = comparable(&folders).unwrap();
         let names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).collect();
         assert_eq!(names, ["straight", "slanted", "rests"]);
+        // The same bits once more are no scatter.
+        let mut twice = folders.to_vec();
+        for (name, hash) in [("one", "a"), ("same", "a"), ("other", "b")] {
+            let folder = run(&parent, name, "finished", 0.02, [0.0, 0.0, -5e-4]);
+            let path = folder.join(SUMMARY);
+            let mut summary: Value = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
+            summary["state_hash"] = hash.into();
+            std::fs::write(&path, summary.to_string()).unwrap();
+            twice.push(folder);
+        }
+        let (all, said) = comparable(&twice).unwrap();
+        assert_eq!(all.len(), runs.len() + 2);
+        assert!(said.contains(&"same: left out, it has the bits of one".to_owned()), "{said:#?}");
         let doubts: Vec<&str> = runs.iter().map(|run| run.below_rim.doubts.as_str()).collect();
         assert_eq!(doubts, [NOT_AT_REST, NOT_AT_REST, ""]);
         assert!(runs.iter().all(|run| (run.momentum - 5e-4).abs() < 1e-15), "{runs:?}");

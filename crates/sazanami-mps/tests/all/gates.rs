@@ -149,10 +149,11 @@ fn a_rough_gate_that_rises_drags_still_water_along() {
 
 #[test]
 fn the_front_runs_as_without_a_gate() {
+    // Gone at once, at the first moment: as if there had been none, to the last bit.
+    let begun = |gates| fluid(&run(&column(60, gates), 40).0);
+    assert_eq!(begun(vec![gate(0, 10, 0.0, None)]), begun(Vec::new()));
     let run = |gates| run(&column(60, gates), 250).0;
     let free = run(Vec::new());
-    // Gone at once, at the first moment: as if there had been none, to the last bit.
-    assert_eq!(fluid(&run(vec![gate(0, 10, 0.0, None)])), fluid(&free));
     let raised = run(vec![gate(0, 10, 0.0, Some(3.0))]);
     let ways = [&raised, &free].map(|solver| front(solver) - 10.0 * SPACING);
     assert!((ways[0] / ways[1] - 1.0).abs() < 0.06, "{ways:?}");

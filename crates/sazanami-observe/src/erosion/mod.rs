@@ -567,6 +567,33 @@ mod tests {
     }
 
     #[test]
+    fn copies_of_a_crater_have_its_volumes() {
+        // A rough bed turned by a quarter, mirrored, and shifted by a part of a pixel.
+        let crater = cap(6.3e-3, 2.1e-3, 0.4e-3, 0.4);
+        let copy = |turns: usize, mirrored: bool, shift: Real| {
+            let mut bed = rough(3, &crater);
+            for centre in &mut bed.position {
+                let mut place = if mirrored { [-centre.x, centre.y] } else { [centre.x, centre.y] };
+                (0..turns).for_each(|_| place = [-place[1], place[0]]);
+                (centre.x, centre.y) = (place[0] + shift, place[1] + 0.7 * shift);
+            }
+            let about = ErosionSettings { axis: [shift, 0.7 * shift], ..settings() };
+            let found = bed.view(|view| Erosion::of(view, &about, None)).unwrap().crater;
+            [found.volume, found.volume_direct]
+        };
+        let copies: Vec<[Real; 2]> =
+            (0..8).map(|n| copy(n % 4, n >= 4, 0.0)).chain([copy(0, false, 0.017 * D)]).collect();
+        for kind in 0..2 {
+            let all = || copies.iter().map(|volumes| volumes[kind]);
+            let (low, high) = (all().fold(Real::INFINITY, Real::min), all().fold(0.0, Real::max));
+            assert!(high - low < 0.03 * high, "{kind}: {copies:?}");
+        }
+        // Negative control: another crater has another volume.
+        let other = rough(3, cap(6.3e-3, 2.0e-3, 0.4e-3, 0.4));
+        assert!((evaluate(&other).crater.volume / copies[0][0] - 1.0).abs() > 0.03);
+    }
+
+    #[test]
     fn a_crater_at_a_seam_is_that_in_the_middle() {
         let mut bed = Bed::columns(D, HALF, 3, cap(6.5e-3, 2.0e-3, 0.5e-3, 0.4));
         bed.position.iter_mut().for_each(|centre| centre.z += 0.05 * centre.x);

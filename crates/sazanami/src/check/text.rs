@@ -213,7 +213,7 @@ fn step(text: &mut String, case: &Case, report: &CheckReport) {
     let _ = writeln!(text, "\nlimits on the time step at the start (the run may need shorter steps)");
     for limit in &report.limits {
         let mark = if limit.rules { "  <- sets the step" } else { "" };
-        let _ = writeln!(text, "  {:<13} {:.3e} s  {}{mark}", limit.name, limit.dt_s, limit.rule);
+        let _ = writeln!(text, "  {:<13} {:>9} s  {}{mark}", limit.name, rounded(limit.dt_s), limit.rule);
     }
     if report.fluid_passes > 1 {
         let _ = writeln!(text, "  the fluid makes {} passes in a step", report.fluid_passes);

@@ -221,3 +221,25 @@ fn points_and_gauges_of_moving_particles_are_the_same_on_both_sides_of_a_seam() 
     // Negative control: the water is not the same everywhere.
     assert!((at("middle", "water_level") - at("g0", "water_level")).abs() > 1e-3);
 }
+
+#[test]
+fn points_of_moving_particles_on_walls_read_the_wall() {
+    let case = include_str!("../cases/sides-observed-tank.toml");
+    let points =
+        [[6.0, 6.0, 0.0], [0.0, 0.0, 0.0], [12.0, 12.0, 0.0], [12.0, 6.0, 0.0], [12.0, 6.0, 10.0], [6.0, 6.0, 10.0]];
+    let probes: Vec<(String, String)> = points
+        .iter()
+        .enumerate()
+        .map(|(n, [x, y, z])| (format!("p{n}"), format!("point = [{}, {}, {}]", mm(*x), mm(*y), mm(*z))))
+        .collect();
+    let at = read(case, &probes, &[], "tank", On::threads(1));
+    let pressure = |n: usize| at(&format!("p{n}"), "pressure");
+    // On floor, edges and in corners alike; the discrete pressure is within a quarter of a spacing of that of its depth.
+    for (n, [.., z]) in points.iter().enumerate() {
+        let expected = 9800.0 * (20.0 - z) * 1e-3;
+        assert!((pressure(n) - expected).abs() < 0.3 * 9.8, "{n}: {} {expected}", pressure(n));
+    }
+    for n in 1..4 {
+        assert!((pressure(n) / pressure(0) - 1.0).abs() < 2e-3, "{n}: {} {}", pressure(n), pressure(0));
+    }
+}

@@ -138,7 +138,7 @@ fn of_water(summary: &Value) -> Vec<Row> {
         ("drag given and taken, residual", "drag_exchange_residual_relative"),
     ] {
         if let Some(value) = number(summary, &["conservation", key]) {
-            rows.push(row(label, format!("{value:+.2e}")));
+            rows.push(row(label, if value == 0.0 { "0".to_owned() } else { format!("{value:+.2e}") }));
         }
     }
     rows.extend(momentum_residual(&summary["conservation"]["fluid_momentum_residual_relative"]));

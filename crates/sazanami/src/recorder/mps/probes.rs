@@ -4,7 +4,7 @@ use std::cell::OnceCell;
 
 use sazanami_io::table::Value;
 use sazanami_numerics::{Real, Vector};
-use sazanami_observe::ripples::{Near, Sides, SurfaceProfile, Tank};
+use sazanami_observe::ripples::{Sides, SurfaceProfile, Tank};
 
 use super::gathered::GatheredTank;
 use crate::assembly::grains::identifier;
@@ -112,14 +112,19 @@ fn at_points(case: &Case, tank: &Tank, gathered: &GatheredTank, time: Real, poin
     let body_force = case.effective_gravity([time; 2]);
     let [_, drift] = case.to_written_frame(time);
     let around = gathered.around(tank);
-    let read = |near: &Near| AtPoint {
-        pressure: near.mean(|n| gathered.pressure(n, body_force)),
-        velocity: near.mean(|n| gathered.water.velocity[n]) + drift,
+    // Across a wall the pressure grows as in fluid at rest: less that it does not change there.
+    let weight = case.fluid.liquid.density * body_force;
+    let read = |point: Vector| {
+        let at_rest = |n: usize| gathered.pressure(n, body_force) + weight.dot(point - gathered.water.position[n]);
+        Some(AtPoint {
+            pressure: around.near_with_images(point)?.mean(at_rest),
+            velocity: around.near(point)?.mean(|n| gathered.water.velocity[n]) + drift,
+        })
     };
-    let row = |near: Option<&Near>| -> Vec<Value> {
-        near.map_or_else(|| missing(AT_POINT).collect(), |near| cells(AT_POINT, &read(near)).collect())
+    let row = |at: Option<AtPoint>| -> Vec<Value> {
+        at.map_or_else(|| missing(AT_POINT).collect(), |at| cells(AT_POINT, &at).collect())
     };
-    points.iter().flat_map(|&point| row(around.near(point).as_ref())).collect()
+    points.iter().flat_map(|&point| row(read(point))).collect()
 }
 
 fn of_body(case: &Case, gathered: &GatheredTank, time: Real, id: u64) -> Vec<Value> {
