@@ -131,7 +131,8 @@ pub fn rounded(value: Real) -> String {
 /// A value and its uncertainty for people, to the two digits that the uncertainty has.
 #[must_use]
 pub fn with_bar(value: Real, bar: Real) -> [String; 2] {
-    let digits = if bar > 0.0 { (1.0 - bar.log10().floor()).clamp(0.0, 9.0) } else { 2.0 };
+    let short: Real = format!("{bar:.1e}").parse().unwrap_or(bar);
+    let digits = if short > 0.0 { (1.0 - short.log10().floor()).clamp(0.0, 9.0) } else { 2.0 };
     [value, bar].map(|amount| format!("{amount:.*}", digits as usize))
 }
 
@@ -529,7 +530,7 @@ mod tests {
     fn an_uncertainty_has_two_digits_and_its_value_no_more() {
         let text = |value: Real, bar: Real| with_bar(value, bar).join(" +- ");
         assert_eq!(
-            [text(936.83, 7.391), text(70.033, 1.0), text(97.14, 9.53)],
+            [text(936.83, 7.391), text(70.033, 0.9997), text(97.14, 9.53)],
             ["936.8 +- 7.4", "70.0 +- 1.0", "97.1 +- 9.5"]
         );
         assert_eq!(

@@ -19,6 +19,9 @@ const LEAST_INSTANTS: usize = 8;
 /// rests. One that grows evenly through the whole uncertainty has a half.
 const LARGEST_DRIFT: Real = 0.25;
 
+/// Part of the course for which a crater that drifted when it came within its uncertainty has to have kept its volume since.
+const LATE_PART: Real = 0.25;
+
 /// Change of the volume below the rim that counts as none, over that volume, where it is known better.
 const KEPT: Real = 0.03;
 
@@ -41,7 +44,8 @@ pub enum RestError {
 pub struct Rest {
     /// Time from which the volume stays within its uncertainty of the last one \[s].
     pub since: Real,
-    /// Mean volume over the second half of the time since then less that over the first half [m^3].
+    /// Mean volume over the second half of the time since then less that over the first half [m^3]; where that half is a quarter of the course and
+    /// more, by its own two halves, as even growth would go on.
     pub drift: Real,
     /// Whether the crater rests: `since` lies at least a tenth of the course before its end, with eight instants or more,
     /// and `drift` is at most a quarter of the uncertainty.
@@ -86,8 +90,14 @@ impl VolumeCourse {
         let first = away.map_or(0, |n| n + 1);
         let since = self.times[first];
         let middle = 0.5 * (since + end);
-        let drift = self.mean(middle, end) - self.mean(since, middle);
-        let long = end - since >= LEAST_PART * (end - self.times[0]) && self.times.len() - first >= LEAST_INSTANTS;
+        let course = end - self.times[0];
+        let drift_from = |from: Real, to: Real| self.mean(to, end) - self.mean(from, to);
+        let drift = if end - middle < LATE_PART * course {
+            drift_from(since, middle)
+        } else {
+            2.0 * drift_from(middle, 0.5 * (middle + end))
+        };
+        let long = end - since >= LEAST_PART * course && self.times.len() - first >= LEAST_INSTANTS;
         Ok(Rest { since, drift, at_rest: long && drift.abs() <= LARGEST_DRIFT * uncertainty })
     }
 
@@ -175,6 +185,24 @@ mod tests {
         }
         // One that settles with the length of the course as its time constant.
         assert!(!course(|time| 1.0 - (-time / 0.2).exp()).rest(0.1).expect("there are volumes").at_rest);
+    }
+
+    #[test]
+    fn a_crater_that_drifted_at_first_rests_once_it_has_kept_its_volume() {
+        // From 40 ms on within the uncertainty, until 100 ms on its way through most of it.
+        let crept = |until: Real| {
+            let mut course = VolumeCourse::default();
+            let volume =
+                |time: Real| if time < 0.04 { 2.0 } else { 1.0 + 0.09 * (1.0 - (time - 0.04) / 0.06).max(0.0) };
+            (0..=200)
+                .map(|n| 1e-3 * Real::from(n))
+                .filter(|&time| time <= until)
+                .for_each(|time| course.add(time, volume(time)));
+            course.rest(0.1).expect("there are volumes")
+        };
+        assert!(crept(0.2).at_rest && (crept(0.2).since - 0.04).abs() < 1.5e-3, "{:?}", crept(0.2));
+        // Negative control: while it creeps.
+        assert!(!crept(0.09).at_rest, "{:?}", crept(0.09));
     }
 
     #[test]
