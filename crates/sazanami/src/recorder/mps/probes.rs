@@ -112,8 +112,9 @@ fn at_points(case: &Case, tank: &Tank, gathered: &GatheredTank, time: Real, poin
     let body_force = case.effective_gravity([time; 2]);
     let [_, drift] = case.to_written_frame(time);
     let around = gathered.around(tank);
-    // Across a wall the pressure grows as in fluid at rest: less that it does not change there.
-    let weight = case.fluid.liquid.density * body_force;
+    // Across a wall the pressure grows as in fluid at rest: less that it does not change there. Along periodic sides there is no such growth.
+    let held = Vector::from_array(case.periodic().map(|periodic| if periodic { 0.0 } else { 1.0 }));
+    let weight = case.fluid.liquid.density * body_force * held;
     let read = |point: Vector| {
         let at_rest = |n: usize| gathered.pressure(n, body_force) + weight.dot(point - gathered.water.position[n]);
         Some(AtPoint {
