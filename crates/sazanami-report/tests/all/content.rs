@@ -12,7 +12,7 @@ fn a_report_holds_all_it_shows_and_takes_no_text_for_markup() {
     assert_eq!(path, folder.path().join("report.html"));
     let page = fs::read_to_string(path).unwrap();
     for expected in [
-        "68.75 ± 12.02 mm³",
+        "69 ± 12 mm³",
         "The momentum is not kept",
         "The volume of the liquid is kept to round-off",
         "fluid.cfl",
