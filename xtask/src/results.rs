@@ -213,7 +213,8 @@ pub fn run(arguments: &[String]) -> u8 {
 /// Names of the runs.
 fn all_runs() -> Vec<String> {
     let entries = std::fs::read_dir(root().join(RUNS)).into_iter().flatten().flatten();
-    let mut names: Vec<String> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    let made = entries.filter(|entry| entry.path().join("run.toml").exists());
+    let mut names: Vec<String> = made.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
     names.sort();
     names
 }

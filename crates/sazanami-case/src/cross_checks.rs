@@ -70,14 +70,19 @@ fn check_gauges(case: &Case, cx: &mut Context<'_>) {
     }
 }
 
+/// Part of the largest speed of a recorded motion at which it has come to rest.
+const AT_REST: Real = 1e-3;
+
 /// Warns of a recorded motion that ends before the run and not at rest.
 fn check_end_of_motion(case: &Case, cx: &mut Context<'_>) {
-    let Some(TankMotion::File { curve, .. }) = case.frame.as_ref().and_then(|frame| frame.motion.as_ref()) else {
+    let Some(TankMotion::File { curve, peaks, .. }) = case.frame.as_ref().and_then(|frame| frame.motion.as_ref())
+    else {
         return;
     };
     let end = curve.range()[1];
     let speed = curve.at(end)[1];
-    if case.run.until > end && speed != 0.0 {
+    // Moving particles refuse it.
+    if case.solver == Solver::Mics && case.run.until > end && speed.abs() > AT_REST * peaks[0].value {
         cx.report
             .warning(cx.places.of("frame.motion.file"), "the motion of the tank ends before the run")
             .label(format!("its last time is {} s, and the box goes on at {} m/s", rounded(end), rounded(speed)))

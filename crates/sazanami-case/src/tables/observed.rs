@@ -28,11 +28,11 @@ pub struct Bed {
     pub porosity_lower: Real,
     /// Upper height of that slab.
     #[key(unit = "m", default = (porosity_lower + POROSITY_SLAB * usual_size(cx)).min(cx.known.domain.upper.z),
-          says = "ten of the largest grains above the lower one, or the top")]
+          says = "ten of the largest grains by their usual size above the lower one, or the top")]
     pub porosity_upper: Real,
     /// Radius about the axis within which the height of the bed H_s is taken: the highest point of a grain there.
     #[key(unit = "m", within = cx.known.lengths(), default = height_radius(cx),
-          says = "two of the largest grains; at most half the diagonal of the box")]
+          says = "two of the largest grains by their usual size; at most half the diagonal of the box, at least a hundred-thousandth of it")]
     pub height_radius: Real,
     /// Axis in x1 and x2.
     #[key(unit = "m", default = cx.known.domain.middle(), says = "middle of the box")]
@@ -41,7 +41,8 @@ pub struct Bed {
 
 /// Radius about the axis of the bed \[m].
 fn height_radius(cx: &Context<'_>) -> Real {
-    (HEIGHT_RADIUS * usual_size(cx)).min(0.5 * cx.known.domain.extent().length())
+    let longest = cx.known.domain.extent().length();
+    (HEIGHT_RADIUS * usual_size(cx)).max(1e-5 * longest).min(0.5 * longest)
 }
 
 /// Usual size of the largest grains \[m]; a tenth of the shortest edge of the box where none is known: that of a mesh stands in its file.

@@ -95,7 +95,7 @@ pub(super) fn comparable(folders: &[PathBuf]) -> Result<(Vec<RunResult>, Vec<Str
         found.push((end, rests, result));
     }
     // A crater at rest is what it is at any later time.
-    let common = common_end(found.iter().map(|&(end, ..)| end));
+    let common = common_end(found.iter().filter(|(_, rests, _)| !rests).map(|&(end, ..)| end));
     let (alike, others): (Vec<_>, Vec<_>) =
         found.into_iter().partition(|&(end, rests, _)| rests || is_same_end(end, common));
     lines.extend(others.into_iter().map(|(end, _, run)| {

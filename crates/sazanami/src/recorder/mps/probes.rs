@@ -8,7 +8,7 @@ use sazanami_observe::ripples::{Sides, SurfaceProfile, Tank};
 
 use super::gathered::GatheredTank;
 use crate::assembly::grains::identifier;
-use crate::case::meaning::{Case, Probe, ProbePlace};
+use crate::case::meaning::{BoundarySide, Case, Probe, ProbePlace};
 use crate::columns::{Cell, cells, missing, quantities};
 use crate::recorder::columns::{GAUGE, ProbeColumns};
 
@@ -115,10 +115,13 @@ fn at_points(case: &Case, tank: &Tank, gathered: &GatheredTank, time: Real, poin
     // Across a wall the pressure grows as in fluid at rest: less that it does not change there. Along periodic sides there is no such growth.
     let held = Vector::from_array(case.periodic().map(|periodic| if periodic { 0.0 } else { 1.0 }));
     let weight = case.fluid.liquid.density * body_force * held;
+    let [x, y, z] = &case.boundary;
+    let between_walls = !x.iter().chain(y).chain([&z[0]]).any(BoundarySide::is_open) && !case.periodic()[2];
     let read = |point: Vector| {
+        let near = if between_walls { around.near_with_images(point) } else { around.near(point) };
         let at_rest = |n: usize| gathered.pressure(n, body_force) + weight.dot(point - gathered.water.position[n]);
         Some(AtPoint {
-            pressure: around.near_with_images(point)?.mean(at_rest),
+            pressure: near?.mean(at_rest),
             velocity: around.near(point)?.mean(|n| gathered.water.velocity[n]) + drift,
         })
     };
