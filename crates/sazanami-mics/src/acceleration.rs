@@ -24,7 +24,7 @@
 //! longer than viscosity and friction need. Where the transport has brought heavier fluid to a face there, `a_old` is what the old pressure
 //! gives this: the acceleration of a gas, given to the liquid that has come, would be a hundred times what grains can bear.
 
-use sazanami_numerics::domain::{Domain, GhostRules};
+use sazanami_numerics::domain::{Domain, GhostRules, Row};
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
 
@@ -95,11 +95,12 @@ impl Acceleration {
         let (p, rho) = (projection.pressure().data(), density.data());
         let faces = self.faces.get_or_insert_with(|| std::array::from_fn(|_| domain.field(0.0)));
         for (d, faces) in faces.iter_mut().enumerate() {
-            let (behind, per_width) = (domain.strides()[d] as usize, 2.0 / self.spacing[d]);
+            let (behind, per_width) = (domain.strides()[d], 2.0 / self.spacing[d]);
             domain.for_each_row(&domain.faces(d), faces.data_mut(), |row, faces| {
-                for (face, at) in faces.iter_mut().zip(row.shifted(0)) {
-                    let below = at - behind;
-                    *face = gravity[d] - per_width * (p[at] - p[below]) / (rho[at] + rho[below]);
+                let faces = &mut faces[..row.len];
+                let [[p_l, p], [rho_l, rho]] = [p, rho].map(|values| [-behind, 0].map(|by| &values[row.shifted(by)]));
+                for i in 0..row.len {
+                    faces[i] = gravity[d] - per_width * (p[i] - p_l[i]) / (rho[i] + rho_l[i]);
                 }
             });
         }
@@ -117,27 +118,28 @@ impl Acceleration {
         let (p, rho) = (projection.pressure().data(), density.data());
         let jump = projection.tension.as_ref().map(SurfaceTension::jump);
         for (d, faces) in self.faces.iter_mut().flatten().enumerate() {
-            let (behind, per_width) = (domain.strides()[d] as usize, 2.0 / self.spacing[d]);
+            let (behind, per_width) = (domain.strides()[d], 2.0 / self.spacing[d]);
             let jump = jump.map(|jump| jump[d].data());
             domain.for_each_row(&domain.faces(d), faces.data_mut(), |row, faces| {
-                for (face, at) in faces.iter_mut().zip(row.shifted(0)) {
-                    let below = at - behind;
-                    let rise = p[at] - p[below] - jump.map_or(0.0, |jump| jump[at]);
-                    let by_pressure = per_width * rise / (rho[at] + rho[below]);
-                    if by_pressure.abs() < (gravity[d] - *face).abs() {
-                        *face = gravity[d] - by_pressure;
-                    }
+                let faces = &mut faces[..row.len];
+                let [[p_l, p], [rho_l, rho]] = [p, rho].map(|values| [-behind, 0].map(|by| &values[row.shifted(by)]));
+                let jump = jump.map(|jump| &jump[row.shifted(0)]);
+                for i in 0..row.len {
+                    let rise = p[i] - p_l[i] - jump.map_or(0.0, |jump| jump[i]);
+                    let by_pressure = per_width * rise / (rho[i] + rho_l[i]);
+                    let is_less = by_pressure.abs() < (gravity[d] - faces[i]).abs();
+                    faces[i] = if is_less { gravity[d] - by_pressure } else { faces[i] };
                 }
             });
         }
     }
 
-    /// Adds `time(at)` \[s] times the acceleration to the velocity of the cells.
-    pub fn add(&self, domain: &Domain, velocity: &mut [Field<Real>; 3], time: impl Fn(usize) -> Real + Sync) {
+    /// Adds the acceleration over `dt` \[s] to the velocity of the cells.
+    pub fn add(&self, domain: &Domain, velocity: &mut [Field<Real>; 3], dt: Real) {
         for (d, (u, faces)) in velocity.iter_mut().zip(self.kept()).enumerate() {
-            let (a, ahead) = (faces.data(), domain.strides()[d] as usize);
+            let (a, ahead) = (faces.data(), domain.strides()[d]);
             domain.for_each_row(&domain.interior(), u.data_mut(), |row, u| {
-                u.iter_mut().zip(row.shifted(0)).for_each(|(u, at)| *u += time(at) * 0.5 * (a[at] + a[at + ahead]));
+                add_to_row(u, [0, ahead].map(|by| &a[row.shifted(by)]), |_| dt);
             });
         }
     }
@@ -149,27 +151,35 @@ impl Acceleration {
 
     /// Takes the acceleration over the pass back after the viscous step, and predicts the face velocities.
     pub fn predict(&self, pass: &Pass, flow: &mut Flow, impulses: &mut Impulses) {
-        let Pass { domain, boundary, gravity, dt } = *pass;
+        let Pass { domain, gravity, dt, .. } = *pass;
         let Some(Beside { damping, response }) = &self.beside else {
-            self.add(domain, &mut flow.velocity, |_| -dt);
+            self.add(domain, &mut flow.velocity, -dt);
             return pass.predict(flow, impulses);
         };
         let (damping, response) = (damping.data(), response.data());
-        self.add(domain, &mut flow.velocity, |at| -damping[at]);
-        pass.predict(flow, impulses);
-        self.add(domain, &mut flow.velocity, |at| damping[at] - dt);
-        for (d, (uf, faces)) in flow.face_velocity.iter_mut().zip(self.kept()).enumerate() {
-            let (a, behind, rho) = (faces.data(), domain.strides()[d] as usize, flow.density.data());
-            domain.for_each_row(&domain.faces(d), uf.data_mut(), |row, uf| {
-                for (uf, at) in uf.iter_mut().zip(row.shifted(0)) {
-                    let (l, r) = (at - behind, at);
-                    let part = rho[l] / (rho[l] + rho[r]);
-                    let mean = |values: &[Real]| values[r] + part * (values[l] - values[r]);
-                    let response = dt * mean(response);
-                    *uf += (mean(damping) - response) * a[at] + (response - dt) * gravity[d];
-                }
+        let (a, strides) = (self.kept().each_ref().map(Field::data), domain.strides());
+        let around = |d: usize, row: &Row| [0, strides[d]].map(|by| &a[d][row.shifted(by)]);
+        let damp = |d: usize, row: &Row, u: &mut [Real]| {
+            let damping = &damping[row.start..][..u.len()];
+            add_to_row(u, around(d, row), |i| -damping[i]);
+        };
+        let correct = |d: usize, row: &Row, rho: &[Real], uf: &mut [Real]| {
+            let (uf, a) = (&mut uf[..row.len], &a[d][row.shifted(0)]);
+            let [[rho_l, rho], [damping_l, damping], [response_l, response]] =
+                [rho, damping, response].map(|values| [-strides[d], 0].map(|by| &values[row.shifted(by)]));
+            for i in 0..row.len {
+                let part = rho_l[i] / (rho_l[i] + rho[i]);
+                let mean = |l: Real, r: Real| r + part * (l - r);
+                let response = dt * mean(response_l[i], response[i]);
+                uf[i] += (mean(damping_l[i], damping[i]) - response) * a[i] + (response - dt) * gravity[d];
+            }
+        };
+        pass.predict_by(flow, impulses, damp, correct);
+        for (d, u) in flow.velocity.iter_mut().enumerate() {
+            domain.for_each_row(&domain.interior(), u.data_mut(), |row, u| {
+                let damping = &damping[row.start..][..u.len()];
+                add_to_row(u, around(d, &row), |i| damping[i] - dt);
             });
-            domain.fill_halos_to(1, &mut [(uf, &boundary.face_velocity_rules(d))]);
         }
     }
 
@@ -182,9 +192,11 @@ impl Acceleration {
             &domain.interior(),
             (damping.data_mut(), response.data_mut()),
             |row, (damping, response)| {
-                for (i, at) in row.shifted(0).enumerate() {
-                    let nu = flow.fluids.kinematic_viscosity(c[at]);
-                    response[i] = if friction[at] > 0.0 { 1.0 / (1.0 + dt * nu * friction[at]) } else { 1.0 };
+                let (c, friction) = (&c[row.shifted(0)], &friction[row.shifted(0)]);
+                let (damping, response) = (&mut damping[..row.len], &mut response[..row.len]);
+                for i in 0..row.len {
+                    let nu = flow.fluids.kinematic_viscosity(c[i]);
+                    response[i] = if friction[i] > 0.0 { 1.0 / (1.0 + dt * nu * friction[i]) } else { 1.0 };
                     damping[i] = (dt * response[i]).min(DAMPING * squares / nu);
                 }
             },
@@ -204,17 +216,30 @@ impl Acceleration {
         let Pass { domain, gravity, dt, .. } = *pass;
         let Flow { density, work: [_, _, _, c1, c2, c3, ..], .. } = flow;
         let (gradient, density) = (projection.gradient(density), density.data());
-        let (faces, ahead) = (self.kept().each_ref().map(Field::data), domain.strides().map(|s| s as usize));
+        let (faces, ahead) = (self.kept().each_ref().map(Field::data), domain.strides());
         let changes = (c1.data_mut(), c2.data_mut(), c3.data_mut());
         domain.for_each_row(&domain.interior(), changes, |row, (c1, c2, c3)| {
             if !rows.holds(row.j, row.k) {
                 return;
             }
-            for (i, at) in row.shifted(0).enumerate() {
-                let before = [0, 1, 2].map(|d| 0.5 * (faces[d][at] + faces[d][at + ahead[d]]));
-                let change = dt * (gravity - gradient.at(at) / density[at] - Vector::from_array(before));
-                (c1[i], c2[i], c3[i]) = change.into();
+            for (d, change) in [c1, c2, c3].into_iter().enumerate() {
+                let (change, density, gradient) =
+                    (&mut change[..row.len], &density[row.shifted(0)], gradient.in_row(d, &row));
+                let [lower, upper] = [0, ahead[d]].map(|by| &faces[d][row.shifted(by)]);
+                for i in 0..row.len {
+                    change[i] = dt * (gravity[d] - gradient(i) / density[i] - 0.5 * (lower[i] + upper[i]));
+                }
             }
         });
+    }
+}
+
+/// Adds the acceleration, the mean of that on the lower and the upper faces, times `time(i)` to the velocity in a row of cells.
+#[inline]
+fn add_to_row(u: &mut [Real], faces: [&[Real]; 2], time: impl Fn(usize) -> Real) {
+    let n = u.len();
+    let [lower, upper] = faces.map(|faces| &faces[..n]);
+    for i in 0..n {
+        u[i] += time(i) * 0.5 * (lower[i] + upper[i]);
     }
 }

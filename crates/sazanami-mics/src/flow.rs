@@ -3,7 +3,7 @@
 //! Cell centres hold the liquid fraction C of the fluid and the velocity u; faces hold the normal
 //! velocity, divergence-free after the last projection. The density follows from C.
 
-use sazanami_numerics::domain::{Domain, GhostRules};
+use sazanami_numerics::domain::{Domain, GhostRules, Row};
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
 
@@ -157,22 +157,32 @@ impl Flow {
     /// Predicts the face velocities: mass-weighted means of the cells on both sides, after a uniform
     /// `acceleration` [m/s^2] of all cells for `dt` \[s]; walls and inlets keep their velocity.
     pub fn predict_faces(&mut self, domain: &Domain, boundary: &Boundary, acceleration: Vector, dt: Real) {
+        self.predict_faces_by(domain, boundary, |d, _, u| fall(u, acceleration[d] * dt), |_, _, _, _| {});
+    }
+
+    /// The same, where `change(d, row, u)` changes component `d` of the velocity in a row of cells first, and `correct(d, row, density, uf)`
+    /// at last what comes of it on a row of faces.
+    pub(crate) fn predict_faces_by(
+        &mut self,
+        domain: &Domain,
+        boundary: &Boundary,
+        change: impl Fn(usize, &Row, &mut [Real]) + Sync,
+        correct: impl Fn(usize, &Row, &[Real], &mut [Real]) + Sync,
+    ) {
         let Self { velocity, face_velocity, density, .. } = self;
         let rho = density.data();
         for (d, (u, uf)) in velocity.iter_mut().zip(face_velocity.iter_mut()).enumerate() {
-            let gain = acceleration[d] * dt;
-            if gain != 0.0 {
-                domain.for_each_row(&domain.interior(), u.data_mut(), |_, u| u.iter_mut().for_each(|u| *u += gain));
-            }
+            domain.for_each_row(&domain.interior(), u.data_mut(), |row, u| change(d, &row, u));
             domain.fill_halos_to(1, &mut [(u, &boundary.velocity_rules(d))]);
             let behind = -domain.strides()[d];
             let u = u.data();
             domain.for_each_row(&domain.faces(d), uf.data_mut(), |row, uf| {
                 let (rho_l, rho_r) = (&rho[row.shifted(behind)], &rho[row.shifted(0)]);
                 let (u_l, u_r) = (&u[row.shifted(behind)], &u[row.shifted(0)]);
-                for (i, uf) in uf.iter_mut().enumerate() {
+                for (i, uf) in uf[..row.len].iter_mut().enumerate() {
                     *uf = (rho_l[i] * u_l[i] + rho_r[i] * u_r[i]) / (rho_l[i] + rho_r[i]);
                 }
+                correct(d, &row, rho, uf);
             });
             domain.fill_halos_to(1, &mut [(uf, &boundary.face_velocity_rules(d))]);
         }
@@ -236,6 +246,13 @@ impl Flow {
             let max = |a: Real, b: Real| sazanami_parallel::Reduction::Max.combine(a, b);
             (0..row.len).map(rate).fold(0.0, max)
         }))
+    }
+}
+
+/// Adds `gain` [m/s] to a component of the velocity in a row of cells.
+pub(crate) fn fall(u: &mut [Real], gain: Real) {
+    if gain != 0.0 {
+        u.iter_mut().for_each(|u| *u += gain);
     }
 }
 

@@ -305,11 +305,12 @@ impl Projection {
         let gradient = self.gradient(density);
         let [u1, u2, u3] = velocity.each_mut().map(Field::data_mut);
         domain.for_each_row(&domain.interior(), (u1, u2, u3), |row, (u1, u2, u3)| {
-            for (n, at) in row.shifted(0).enumerate() {
-                let change = gradient.at(at) * (factor / gradient.density[at]);
-                u1[n] += change.x;
-                u2[n] += change.y;
-                u3[n] += change.z;
+            for (d, u) in [u1, u2, u3].into_iter().enumerate() {
+                let (u, density, gradient) =
+                    (&mut u[..row.len], &gradient.density[row.shifted(0)], gradient.in_row(d, &row));
+                for n in 0..row.len {
+                    u[n] += gradient(n) * (factor / density[n]);
+                }
             }
         });
     }
@@ -394,6 +395,21 @@ impl PressureGradient<'_> {
             rho[at] * (lower + upper) / self.spacing[d]
         };
         Vector::new(component(0), component(1), component(2))
+    }
+
+    /// Component `d` of the same in a row of interior cells, by place in the row.
+    #[inline]
+    pub(crate) fn in_row(&self, d: usize, row: &Row) -> impl Fn(usize) -> Real {
+        let (stride, spacing) = (self.strides[d] as isize, self.spacing[d]);
+        let [[p_l, p, p_u], [rho_l, rho, rho_u]] =
+            [self.pressure, self.density].map(|values| [-stride, 0, stride].map(|by| &values[row.shifted(by)]));
+        let jumps = self.jump.map(|jump| [0, stride].map(|by| &jump[d][row.shifted(by)]));
+        move |n| {
+            let [jump, next] = jumps.map_or([0.0; 2], |[jump, next]| [jump[n], next[n]]);
+            let lower = (p[n] - p_l[n] - jump) / (rho[n] + rho_l[n]);
+            let upper = (p_u[n] - p[n] - next) / (rho[n] + rho_u[n]);
+            rho[n] * (lower + upper) / spacing
+        }
     }
 }
 

@@ -86,7 +86,8 @@ impl Flow {
         if let Some((room, grains)) = &mut beside {
             room.hand_over(domain, grains.covered(), self, Vector::ZERO);
             room.keep_fraction(domain, self);
-            room.carry_grains(domain, grains, self, -1.0);
+            room.find_carried(domain, grains, self);
+            room.carry_grains(domain, grains.covered(), self, -1.0);
         }
         let mut report = TransportReport::default();
         let order = ORDERS[(self.transports % 6) as usize];
@@ -142,7 +143,7 @@ impl Flow {
         }
         if let Some((room, grains)) = &mut beside {
             report.settled = room.carried(domain, boundary, grains.covered(), self, dt);
-            room.carry_grains(domain, grains, self, 1.0);
+            room.carry_grains(domain, grains.covered(), self, 1.0);
             let [u1, u2, u3] = &mut self.velocity;
             StateFields { c: &mut self.volume_fraction, u: [u1, u2, u3] }.fill_halos(domain, boundary, moves_velocity);
         }

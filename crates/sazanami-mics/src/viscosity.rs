@@ -151,9 +151,13 @@ impl Flow {
             ViscosityScheme::Off => return Ok(DiffusionReport::default()),
         };
         let is_explicit = !self.diffuses_implicitly(domain, whole);
-        let present = fractions(domain, boundary, &self.volume_fraction);
-        let (steps, radius) = plan(stiffness(domain, &self.fluids, present, dt), self.viscous_tolerance);
-        if steps > MAX_ITERATIONS && !is_explicit {
+        let (steps, radius) = if is_explicit {
+            (1, 0.0)
+        } else {
+            let present = fractions(domain, boundary, &self.volume_fraction);
+            plan(stiffness(domain, &self.fluids, present, dt), self.viscous_tolerance)
+        };
+        if steps > MAX_ITERATIONS {
             return Err(ViscosityError::TooStiff { iterations: steps, dt });
         }
         let rules: [GhostRules; 3] = std::array::from_fn(|i| boundary.velocity_rules(i));

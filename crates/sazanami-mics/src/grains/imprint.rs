@@ -20,6 +20,10 @@ use lists::{Lists, Part, Planes, Sections, cut};
 
 /// Grains in one group of cell lists: the unit of parallel work.
 const GROUP: usize = 32;
+/// Width in cells of the blocks that loops over grains follow: what such a loop reads in a block stays in the second cache.
+const BLOCK: Real = 16.0;
+/// Most values that are set for a grain together.
+pub(super) const MOST: usize = 7;
 /// Density of grains that are not free over their own, so that the projection does not move them. Not more: within grains
 /// the pressure must follow that around them.
 const RIGID: Real = 100.0;
@@ -292,9 +296,14 @@ pub struct Imprint {
     keys: Vec<(u64, [i32; 3])>,
     /// Entries in the order of their keys: sums over them do not depend on the decomposition.
     order: Vec<u32>,
+    /// Entries block by block of cells, and the place of each entry in this order.
+    by_block: Vec<u32>,
+    place: Vec<u32>,
     planes: Planes,
     overfull: Vec<(usize, Real)>,
     covered: Vec<bool>,
+    /// Rows that were covered when areas were last summed.
+    has_area: Vec<bool>,
     rows: usize,
     /// Solid volume fraction alpha; above one where grains overlap.
     pub solid_fraction: Field<Real>,
@@ -322,9 +331,12 @@ impl Imprint {
             groups: Vec::new(),
             keys: Vec::new(),
             order: Vec::new(),
+            by_block: Vec::new(),
+            place: Vec::new(),
             planes: Planes::new(n3),
             overfull: vec![(0, 0.0); n3],
             covered: vec![false; n2 * n3],
+            has_area: vec![false; n2 * n3],
             rows: n2,
             solid_fraction: Field::new(cells, 0.0),
             solid_density: Field::new(cells, 0.0),
@@ -377,6 +389,7 @@ impl Imprint {
             self.order.clear();
             self.order.extend(0..count as u32);
             self.order.sort_unstable_by_key(|&n| self.keys[n as usize]);
+            self.sort_by_block(domain, grains);
             self.groups.resize_with(count.div_ceil(GROUP), || Group::new(self.method, self.with_areas));
             self.groups.iter_mut().for_each(|group| group.poses.clear());
         }
@@ -391,6 +404,44 @@ impl Imprint {
             self.sum_areas(domain);
         }
         self.report(domain, grains.owned())
+    }
+
+    /// Sorts the entries by the block of cells that they are in.
+    fn sort_by_block(&mut self, domain: &Domain, grains: &Grains) {
+        let grid = domain.grid();
+        let block_of = |&n: &u32| {
+            let cell = (grains.position[n as usize] - grid.lower) / (BLOCK * grid.spacing);
+            let [i, j, k] = cell.to_array().map(|index| index as i32);
+            ([k, j, i], n)
+        };
+        self.by_block.clear();
+        self.by_block.extend(0..grains.len() as u32);
+        self.by_block.sort_unstable_by_key(block_of);
+        self.place.clear();
+        self.place.resize(grains.len(), 0);
+        (0..).zip(&self.by_block).for_each(|(place, &n)| self.place[n as usize] = place);
+    }
+
+    /// Sets `values[n]` to `of(n)` for every entry of the engine, neighbours one after the other, so that the cells they share are still at
+    /// hand; `by_block` is for storage.
+    pub(super) fn set_by_block<const N: usize>(
+        &self,
+        values: &mut [[Real; N]],
+        by_block: &mut Vec<[Real; MOST]>,
+        of: impl Fn(usize) -> [Real; N] + Sync,
+    ) {
+        by_block.resize(values.len(), [0.0; MOST]);
+        for_each_chunk(&mut by_block[..], 64, |number, part| {
+            for (value, &n) in part.iter_mut().zip(&self.by_block[number * 64..]) {
+                value[..N].copy_from_slice(&of(n as usize));
+            }
+        });
+        let by_block = &*by_block;
+        for_each_chunk(values, 1024, |number, part| {
+            for (value, &place) in part.iter_mut().zip(&self.place[number * 1024..]) {
+                value.copy_from_slice(&by_block[place as usize][..N]);
+            }
+        });
     }
 
     /// Diagnostics over all ranks; each grain counts on the rank that owns it.

@@ -136,30 +136,29 @@ impl GrainPhase {
     pub(crate) fn join(&mut self, domain: &Domain, flow: &Flow, response: Option<&[Real]>, dt: Real) {
         let Some(response) = response.filter(|_| self.joint.on) else { return };
         let count = self.engine.grains().len();
-        let Self { joint, imprint, surface, engine, .. } = self;
+        let Self { joint, imprint, surface, engine, by_block, .. } = self;
         joint.bound.resize(count, [0.0; 5]);
         let (volume, alpha) = (domain.grid().cell_volume(), imprint.solid_fraction.data());
         let grip = surface.grip(imprint);
         let (c, rho) = (flow.volume_fraction.data(), flow.density.data());
         let squares = 2.0 * dt * (domain.grid().spacing * domain.grid().spacing).recip().element_sum();
-        for_each_chunk(&mut joint.bound[..], 64, |number, bound| {
-            for (offset, bound) in bound.iter_mut().enumerate() {
-                *bound = [0.0; 5];
-                for share in imprint.shares(number * 64 + offset) {
-                    let at = share.at as usize;
-                    let (weight, place) = hold_on(grip, share);
-                    let open = weight * (1.0 - alpha[at]).max(0.0) * volume;
-                    let mass = open * rho[at];
-                    let (s, b) = (squares * flow.fluids.kinematic_viscosity(c[at]), response[at]);
-                    // a/(1 + a) = 1 - b; a (1 + s)/(1 + a + s) without the infinite a of rigid cells.
-                    let whole = (1.0 - b) * (1.0 + s) / (1.0 + b * s);
-                    let square = place.length_squared();
-                    for (sum, value) in bound.iter_mut().zip([whole, 1.0 - b, whole * square, (1.0 - b) * square]) {
-                        *sum += mass * value;
-                    }
-                    bound[4] += open * (1.0 - b);
+        imprint.set_by_block(&mut joint.bound, by_block, |n| {
+            let mut bound = [0.0; 5];
+            for share in imprint.shares(n) {
+                let at = share.at as usize;
+                let (weight, place) = hold_on(grip, share);
+                let open = weight * (1.0 - alpha[at]).max(0.0) * volume;
+                let mass = open * rho[at];
+                let (s, b) = (squares * flow.fluids.kinematic_viscosity(c[at]), response[at]);
+                // a/(1 + a) = 1 - b; a (1 + s)/(1 + a + s) without the infinite a of rigid cells.
+                let whole = (1.0 - b) * (1.0 + s) / (1.0 + b * s);
+                let square = place.length_squared();
+                for (sum, value) in bound.iter_mut().zip([whole, 1.0 - b, whole * square, (1.0 - b) * square]) {
+                    *sum += mass * value;
                 }
+                bound[4] += open * (1.0 - b);
             }
+            bound
         });
         engine.gather_to_owners(domain, &mut joint.bound);
         joint.start.clone_from(&joint.velocity);
@@ -169,30 +168,28 @@ impl GrainPhase {
     }
 
     /// Sums what friction gave each grain, that of `more` included, and the momentum of the fluid on the covered part of its cells.
-    fn sum_held(&self, domain: &Domain, flow: &Flow, more: Option<[&[Real]; 3]>, sums: &mut Vec<[Real; 7]>) {
-        let Self { imprint, surface, engine, .. } = self;
+    fn sum_held(&mut self, domain: &Domain, flow: &Flow, more: Option<[&[Real]; 3]>, sums: &mut Vec<[Real; 7]>) {
+        let Self { imprint, surface, engine, by_block, .. } = self;
         sums.resize(engine.grains().len(), [0.0; 7]);
         let (volume, alpha) = (domain.grid().cell_volume(), imprint.solid_fraction.data());
         let (rho, u, taken) =
             (flow.density.data(), flow.velocity.each_ref().map(Field::data), surface.taken.each_ref().map(Field::data));
         let grip = surface.grip(imprint);
         let of = |fields: [&[Real]; 3], at: usize| Vector::new(fields[0][at], fields[1][at], fields[2][at]);
-        for_each_chunk(&mut sums[..], 64, |number, sums| {
-            for (offset, sum) in sums.iter_mut().enumerate() {
-                let (mut linear, mut angular, mut covered) = (Vector::ZERO, Vector::ZERO, 0.0);
-                for share in imprint.shares(number * 64 + offset) {
-                    let at = share.at as usize;
-                    let (weight, place) = hold_on(grip, share);
-                    let rubbed = weight * volume * (of(taken, at) + more.map_or(Vector::ZERO, |more| of(more, at)));
-                    let mass = part(share.fraction, alpha[at]) * volume * rho[at];
-                    let held = mass * of(u, at);
-                    linear += rubbed + held;
-                    angular += place.cross(rubbed) + share.arm().cross(held);
-                    covered += mass;
-                }
-                let [p, l] = [linear.to_array(), angular.to_array()];
-                *sum = [p[0], p[1], p[2], l[0], l[1], l[2], covered];
+        imprint.set_by_block(sums, by_block, |n| {
+            let (mut linear, mut angular, mut covered) = (Vector::ZERO, Vector::ZERO, 0.0);
+            for share in imprint.shares(n) {
+                let at = share.at as usize;
+                let (weight, place) = hold_on(grip, share);
+                let rubbed = weight * volume * (of(taken, at) + more.map_or(Vector::ZERO, |more| of(more, at)));
+                let mass = part(share.fraction, alpha[at]) * volume * rho[at];
+                let held = mass * of(u, at);
+                linear += rubbed + held;
+                angular += place.cross(rubbed) + share.arm().cross(held);
+                covered += mass;
             }
+            let [p, l] = [linear.to_array(), angular.to_array()];
+            [p[0], p[1], p[2], l[0], l[1], l[2], covered]
         });
         engine.gather_to_owners(domain, sums);
     }
@@ -447,24 +444,22 @@ impl GrainPhase {
     /// Sets the change of the velocity of the surfaces by the projection, `change` being that of the acceleration in the cells
     /// times the step [m/s].
     fn move_by_projection(&mut self, domain: &Domain, rho: &[Real], response: &[Real], change: [&[Real]; 3]) {
-        let Self { joint, imprint, surface, engine, .. } = self;
+        let Self { joint, imprint, surface, engine, by_block, .. } = self;
         let (volume, alpha) = (domain.grid().cell_volume(), imprint.solid_fraction.data());
         let grip = surface.grip(imprint);
         joint.left.resize(engine.grains().len(), [0.0; 6]);
-        for_each_chunk(&mut joint.left[..], 64, |number, sums| {
-            for (offset, sum) in sums.iter_mut().enumerate() {
-                let (mut linear, mut angular) = (Vector::ZERO, Vector::ZERO);
-                for share in imprint.shares(number * 64 + offset) {
-                    let at = share.at as usize;
-                    let (weight, place) = hold_on(grip, share);
-                    let impulse = rho[at] * volume * Vector::new(change[0][at], change[1][at], change[2][at]);
-                    let b = response[at];
-                    let (held, rubbed) = (part(share.fraction, alpha[at]) * b * impulse, weight * (1.0 - b) * impulse);
-                    linear += held + rubbed;
-                    angular += share.arm().cross(held) + place.cross(rubbed);
-                }
-                *sum = six([linear, angular]);
+        imprint.set_by_block(&mut joint.left, by_block, |n| {
+            let (mut linear, mut angular) = (Vector::ZERO, Vector::ZERO);
+            for share in imprint.shares(n) {
+                let at = share.at as usize;
+                let (weight, place) = hold_on(grip, share);
+                let impulse = rho[at] * volume * Vector::new(change[0][at], change[1][at], change[2][at]);
+                let b = response[at];
+                let (held, rubbed) = (part(share.fraction, alpha[at]) * b * impulse, weight * (1.0 - b) * impulse);
+                linear += held + rubbed;
+                angular += share.arm().cross(held) + place.cross(rubbed);
             }
+            six([linear, angular])
         });
         engine.gather_to_owners(domain, &mut joint.left);
         joint.left.truncate(engine.grains().owned());

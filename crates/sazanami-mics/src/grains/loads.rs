@@ -7,7 +7,7 @@ use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
-use super::imprint::Imprint;
+use super::imprint::{Imprint, MOST};
 use super::joint::hold_on;
 use super::surface::Surface;
 
@@ -18,6 +18,14 @@ pub struct FluidLoad {
     pub force: Vector,
     /// Torque about the centre of mass [N m].
     pub torque: Vector,
+}
+
+impl FluidLoad {
+    /// Force and torque as numbers to be summed over ranks, and a zero.
+    pub(super) fn in_numbers(&self) -> [Real; 7] {
+        let [f, t] = [self.force.to_array(), self.torque.to_array()];
+        [f[0], f[1], f[2], t[0], t[1], t[2], 0.0]
+    }
 }
 
 /// Integrates `stress_divergence` [N/m^3] over the cells that each grain covers.
@@ -51,28 +59,28 @@ pub(super) fn share_out(
     imprint: &Imprint,
     given: &[Field<Real>; 3],
     surface: Option<&Surface>,
-    loads: &mut [FluidLoad],
+    loads: &mut [[Real; 7]],
+    by_block: &mut Vec<[Real; MOST]>,
 ) {
     let volume = domain.grid().cell_volume();
     let alpha = imprint.solid_fraction.data();
     let of = |fields: [&[Real]; 3], at: usize| Vector::new(fields[0][at], fields[1][at], fields[2][at]);
     let given = given.each_ref().map(Field::data);
     let friction = surface.map(|surface| (surface.grip(imprint), surface.taken.each_ref().map(Field::data)));
-    for_each_chunk(loads, 64, |number, loads| {
-        for (offset, load) in loads.iter_mut().enumerate() {
-            *load = FluidLoad::default();
-            for share in imprint.shares(number * 64 + offset) {
-                let at = share.at as usize;
-                let impulse = share.fraction / alpha[at] * volume * of(given, at);
+    imprint.set_by_block(loads, by_block, |n| {
+        let mut load = FluidLoad::default();
+        for share in imprint.shares(n) {
+            let at = share.at as usize;
+            let impulse = share.fraction / alpha[at] * volume * of(given, at);
+            load.force += impulse;
+            load.torque += share.arm().cross(impulse);
+            if let Some((grip, taken)) = friction {
+                let (weight, place) = hold_on(grip, share);
+                let impulse = weight * volume * of(taken, at);
                 load.force += impulse;
-                load.torque += share.arm().cross(impulse);
-                if let Some((grip, taken)) = friction {
-                    let (weight, place) = hold_on(grip, share);
-                    let impulse = weight * volume * of(taken, at);
-                    load.force += impulse;
-                    load.torque += place.cross(impulse);
-                }
+                load.torque += place.cross(impulse);
             }
         }
+        load.in_numbers()
     });
 }

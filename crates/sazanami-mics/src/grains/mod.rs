@@ -88,6 +88,8 @@ pub struct GrainPhase {
     /// Mass of the fluid that the grains displace \[kg].
     displaced: Vec<[Real; 1]>,
     partial: Vec<[Real; 7]>,
+    /// Storage of loops over grains block by block of cells.
+    by_block: Vec<[Real; imprint::MOST]>,
     /// Velocity and angular velocity of every grain and ghost on the grid.
     motion: Vec<[Real; 6]>,
     force: Vec<Vector>,
@@ -130,6 +132,7 @@ impl GrainPhase {
             force: Vec::new(),
             torque: Vec::new(),
             impulses: Vec::new(),
+            by_block: Vec::new(),
             poses: Vec::new(),
             at_first,
         };
@@ -329,10 +332,7 @@ impl GrainPhase {
     /// Sums the loads of the cells of all ranks at the owners of the grains.
     fn gather_loads(&mut self, domain: &Domain) {
         self.partial.clear();
-        self.partial.extend(self.loads.iter().map(|load| {
-            let [f, t] = [load.force.to_array(), load.torque.to_array()];
-            [f[0], f[1], f[2], t[0], t[1], t[2], 0.0]
-        }));
+        self.partial.extend(self.loads.iter().map(FluidLoad::in_numbers));
         self.engine.gather_to_owners(domain, &mut self.partial);
     }
 

@@ -6,7 +6,7 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
 
 use super::imprint::Imprint;
-use super::loads::{self, FluidLoad};
+use super::loads;
 use super::{GrainPhase, sum_over_ranks, vectors};
 use crate::grains::room::Room;
 use crate::momentum::Impulses;
@@ -64,8 +64,9 @@ impl GrainPhase {
 
     /// Sums what the cells owe each grain, and the friction on its surface if asked for, at its owner.
     fn share_out(&mut self, domain: &Domain, room: &Room, friction: bool) {
-        self.loads.resize(self.engine.grains().len(), FluidLoad::default());
-        loads::share_out(domain, &self.imprint, room.given(), friction.then_some(&self.surface), &mut self.loads);
-        self.gather_loads(domain);
+        let Self { imprint, surface, partial, by_block, engine, .. } = self;
+        partial.resize(engine.grains().len(), [0.0; 7]);
+        loads::share_out(domain, imprint, room.given(), friction.then_some(&*surface), partial, by_block);
+        engine.gather_to_owners(domain, partial);
     }
 }

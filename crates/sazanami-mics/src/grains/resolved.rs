@@ -12,7 +12,7 @@ use sazanami_parallel::{for_each_chunk, sum_over};
 
 use super::{GrainPhase, Imprint, Surface, sum_over_ranks};
 use crate::flow::Flow;
-use crate::mobility::Closing;
+use crate::mobility::{Closing, RowSet};
 use crate::momentum::Impulses;
 
 /// State of the exchange with each grain, also when it migrates to another rank.
@@ -79,9 +79,9 @@ impl GrainPhase {
         })
     }
 
-    /// Sums what the grains cover of the lower faces, what they carry through, and how light they are: [`crate::mobility::Cut`].
+    /// Sums what the grains cover of the lower faces, what they carry through, and how light they are, in the rows that they cover and those
+    /// beside them: [`crate::mobility::Cut`].
     pub(crate) fn cut_faces(&self, domain: &Domain, into: &mut [Field<Real>; 9]) {
-        let motion = if self.joint.on { &self.joint.velocity } else { &self.motion };
         let grains = self.engine.grains();
         let lightness = |n: usize| match self.joint.density.get(n).filter(|_| self.joint.on) {
             Some(&[density]) => 1.0 / density,
@@ -91,7 +91,22 @@ impl GrainPhase {
                 volume / (heavier * grains.mass[n])
             }
         };
-        self.imprint.sum_sections(domain, motion, lightness, into);
+        self.imprint.sum_sections(domain, self.motion_in_pass(), lightness, self.surface.reach(), into.each_mut());
+    }
+
+    /// Sums what the grains carry through the lower faces alone [m/s].
+    pub(crate) fn carry_through_faces(&self, domain: &Domain, into: [&mut Field<Real>; 3]) {
+        self.imprint.sum_carried(domain, self.motion_in_pass(), self.surface.reach(), into);
+    }
+
+    /// Rows of cells that grains cover in this step.
+    pub(crate) fn covered_rows(&self) -> &RowSet {
+        &self.surface.covered
+    }
+
+    /// Velocity and spin of every grain and ghost in a pass, as far as known [m/s, rad/s].
+    fn motion_in_pass(&self) -> &[[Real; 6]] {
+        if self.joint.on { &self.joint.velocity } else { &self.motion }
     }
 
     /// Gives each free grain its `impulse(n)` and angular impulse [N s, N m s] and keeps its accelerations in the step of `dt` \[s].

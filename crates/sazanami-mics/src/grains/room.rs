@@ -157,7 +157,7 @@ impl Room {
 
     /// Goes on with open parts and rests of a restart.
     pub fn resume(&mut self, domain: &Domain, imprint: &mut Imprint) {
-        self.waits = self.largest_excess(domain) > 0.0;
+        self.waits = self.largest_excess(domain, None) > 0.0;
         self.complete(domain, imprint);
     }
 
@@ -252,22 +252,44 @@ impl Room {
         }
     }
 
-    /// Adds `sign` times the volume that moving grains carry through the faces between covered cells to the face velocity: beside cells
-    /// that grains share what their sections carry, as the projection has it ([`crate::mobility`]).
-    pub fn carry_grains(&self, domain: &Domain, grains: &GrainPhase, flow: &mut Flow, sign: Real) {
+    /// Finds the volume that moving grains carry through the faces between covered cells in a transport, over the area of the faces [m/s]:
+    /// beside cells that grains share what their sections carry, as the projection has it ([`crate::mobility`]).
+    pub fn find_carried(&mut self, domain: &Domain, grains: &GrainPhase, flow: &mut Flow) {
         let imprint = grains.covered();
         let (alpha, shared) = (imprint.solid_fraction.data(), imprint.shared());
+        let [w1, w2, w3, ..] = &mut flow.work;
         if shared.is_some() {
-            grains.cut_faces(domain, &mut flow.work);
+            grains.carry_through_faces(domain, [w1, w2, w3]);
         }
         let is_shared = |at: usize| shared.is_some_and(|count| count[at] > 1.0);
-        for (d, uf) in flow.face_velocity.iter_mut().enumerate() {
+        let rows = grains.covered_rows();
+        for (d, carried) in self.settler.among.velocity.iter_mut().enumerate() {
             let (behind, solid) = (domain.strides()[d] as usize, imprint.solid_velocity[d].data());
-            let fluxes = flow.work[3 * d + 1].data();
+            let fluxes = flow.work[d].data();
+            let mean_of = |at: usize| solid[at] / alpha[at].max(1.0);
+            domain.for_each_row(&domain.faces(d), carried.data_mut(), |row, carried| {
+                if !rows.holds(row.j, row.k) {
+                    return;
+                }
+                for (carried, at) in carried.iter_mut().zip(row.shifted(0)) {
+                    if alpha[at] > 0.0 && alpha[at - behind] > 0.0 {
+                        let shared = is_shared(at) || is_shared(at - behind);
+                        let mean = || 0.5 * (mean_of(at) + mean_of(at - behind));
+                        *carried = if shared { fluxes[at] } else { mean() };
+                    }
+                }
+            });
+        }
+    }
+
+    /// Adds `sign` times what grains carry, found before, to the face velocity.
+    pub fn carry_grains(&self, domain: &Domain, imprint: &Imprint, flow: &mut Flow, sign: Real) {
+        let alpha = imprint.solid_fraction.data();
+        for (d, (uf, carried)) in flow.face_velocity.iter_mut().zip(&self.settler.among.velocity).enumerate() {
+            let (behind, carried) = (domain.strides()[d] as usize, carried.data());
             let (a, b) = ([0, 1, 0][d], [0, 0, 1][d]);
             let last = domain.cells()[d] as isize;
             let [lower, upper] = [0, 1].map(|side| domain.at_box_end(d, side) && !domain.periodic()[d]);
-            let carried = |at: usize| solid[at] / alpha[at].max(1.0);
             domain.for_each_row(&domain.faces(d), uf.data_mut(), |row, uf| {
                 if !self.rows.holds(row.j, row.k) || !self.rows.holds(row.j - a, row.k - b) {
                     return;
@@ -276,9 +298,7 @@ impl Room {
                     let index = [row.first + i as isize, row.j, row.k][d];
                     let on_side = (lower && index == 0) || (upper && index == last);
                     if alpha[at] > 0.0 && alpha[at - behind] > 0.0 && !on_side {
-                        let shared = is_shared(at) || is_shared(at - behind);
-                        let mean = || 0.5 * (carried(at) + carried(at - behind));
-                        uf[i] += sign * if shared { fluxes[at] } else { mean() };
+                        uf[i] += sign * carried[at];
                     }
                 }
             });

@@ -91,6 +91,8 @@ pub(crate) struct Surface {
     /// Rows that grains cover, and those beside them too.
     pub(crate) covered: RowSet,
     beside: RowSet,
+    /// The latter in the last step.
+    were_beside: RowSet,
 }
 
 impl Surface {
@@ -98,8 +100,8 @@ impl Surface {
     pub fn new(cells: [usize; 3]) -> Self {
         let field = || Field::new(cells, 0.0);
         let three = || [field(), field(), field()];
-        let (covered, beside) = (RowSet::default(), RowSet::default());
-        Self { friction: field(), velocity: three(), taken: three(), covered, beside }
+        let [covered, beside, were_beside] = Default::default();
+        Self { friction: field(), velocity: three(), taken: three(), covered, beside, were_beside }
     }
 
     /// Places the surfaces for a step, and sums the velocities of the grains in the cells; velocity and angular velocity of every grain and ghost are in `motion`.
@@ -107,18 +109,21 @@ impl Surface {
         imprint.sum_surfaces(domain, motion, self.velocity.each_mut());
         imprint.fill_halos(domain);
         self.covered.covered(domain, &imprint.solid_fraction, |j, k| imprint.row_is_covered(j, k));
+        std::mem::swap(&mut self.beside, &mut self.were_beside);
         self.beside.and_beside(domain, &self.covered);
         let strides = domain.strides().map(|s| s as usize);
         let (alpha, shared) = (imprint.solid_fraction.data(), imprint.shared());
         let solid = imprint.solid_velocity.each_ref().map(Field::data);
-        let Self { friction, velocity: [v1, v2, v3], taken: [t1, t2, t3], covered, .. } = self;
+        let Self { friction, velocity: [v1, v2, v3], taken: [t1, t2, t3], covered, beside, were_beside } = self;
         let area = imprint.area.data();
         let (c, [u1, u2, u3]) = (flow.volume_fraction.data(), flow.velocity.each_ref().map(Field::data));
         let velocity = (v1.data_mut(), v2.data_mut(), v3.data_mut());
         let taken = (t1.data_mut(), t2.data_mut(), t3.data_mut());
         let fields = (friction.data_mut(), velocity, taken);
         domain.for_each_row(&domain.interior(), fields, |row, (friction, (v1, v2, v3), (t1, t2, t3))| {
-            [&mut *friction, t1, t2, t3].into_iter().for_each(|values| values.fill(0.0));
+            if beside.holds(row.j, row.k) || were_beside.holds(row.j, row.k) {
+                [&mut *friction, t1, t2, t3].into_iter().for_each(|values| values.fill(0.0));
+            }
             if !covered.holds(row.j, row.k) {
                 return;
             }
@@ -163,6 +168,11 @@ impl Surface {
     /// Friction, velocity of the surface, and the rows in which there may be friction.
     pub(crate) fn parts(&self) -> (&[Real], [&[Real]; 3], &RowSet) {
         (self.friction.data(), self.velocity.each_ref().map(Field::data), &self.beside)
+    }
+
+    /// The rows that grains cover, and those beside them.
+    pub(super) fn reach(&self) -> &RowSet {
+        &self.beside
     }
 
     /// Momentum for the surfaces of the grains in each cell, per volume [N s/m^3], for writing.

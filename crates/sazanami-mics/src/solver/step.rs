@@ -149,7 +149,7 @@ impl<'a> FluidPass<'a> {
         }
         if let Some(acceleration) = &*acceleration {
             grains.join(domain, flow, acceleration.response(), dt);
-            acceleration.add(domain, &mut flow.velocity, |_| dt);
+            acceleration.add(domain, &mut flow.velocity, dt);
         }
         report.diffusion += grains.diffuse(domain, boundary, flow, gravity, dt)?;
         Ok(())

@@ -108,13 +108,13 @@ impl Lists<'_> {
         });
     }
 
-    /// Calls `body` with the index and each share and its sections of every grain that touches plane `k` of cells, in the order of their keys.
-    pub fn for_each_section(&self, k: usize, mut body: impl FnMut(usize, &Share, &Sections)) {
+    /// Calls `body` with the index, the shares and their sections of every grain that touches plane `k` of cells, in the order of their keys.
+    pub fn for_each_section(&self, k: usize, mut body: impl FnMut(usize, &[Share], &[Sections])) {
         let Planes { parts, starts } = self.planes;
         for part in &parts[starts[k] as usize..starts[k + 1] as usize] {
             let (n, range) = (part.grain as usize, part.begin as usize..part.end as usize);
             let group = &self.groups[n / GROUP];
-            group.shares[range.clone()].iter().zip(&group.sections[range]).for_each(|(share, of)| body(n, share, of));
+            body(n, &group.shares[range.clone()], &group.sections[range]);
         }
     }
 

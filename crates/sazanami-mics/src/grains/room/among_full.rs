@@ -42,8 +42,8 @@ pub(super) struct AmongFull {
     around: Field<Real>,
     /// Full cells of each plane of the interior that are not among full ones.
     edges: Vec<Vec<u32>>,
-    /// Velocity after a round [m/s].
-    velocity: [Field<Real>; 3],
+    /// Velocity after a round; in a transport that of the volume that grains carry through the lower faces [m/s].
+    pub velocity: [Field<Real>; 3],
     strides: [usize; 3],
 }
 
@@ -87,21 +87,23 @@ impl AmongFull {
         let of_around = Rows { data: &mut around.data_mut()[GHOSTS * plane..(GHOSTS + n3) * plane], width: plane };
         for_each_chunk((of_around, &mut edges[..]), 1, |k, (around, edges)| {
             edges[0].clear();
-            for (j, i) in (0..n2).flat_map(|j| (0..n1).map(move |i| (j, i))) {
-                let place = (GHOSTS + j) * width + GHOSTS + i;
-                let at = (GHOSTS + k) * plane + place;
-                around.data[place] = 0.0;
-                if c[at] != FULL {
-                    continue;
-                }
-                let is_end = |d: usize, side: usize| ends[d][side] && [i, j, k][d] == [0, [n1, n2, n3][d] - 1][side];
-                let are_full = |d: usize| {
-                    (is_end(d, 0) || c[at - strides[d]] == FULL) && (is_end(d, 1) || c[at + strides[d]] == FULL)
-                };
-                if alpha[at] == 0.0 && v[at] > LIGHT && (0..3).all(are_full) {
-                    around.data[place] = strides.into_iter().map(|stride| room[at - stride] + room[at + stride]).sum();
-                } else {
-                    edges[0].push(at as u32);
+            for j in 0..n2 {
+                let first = (GHOSTS + j) * width + GHOSTS;
+                around.data[first..first + n1].fill(0.0);
+                let of_row = &c[(GHOSTS + k) * plane + first..][..n1];
+                for i in (0..n1).filter(|&i| of_row[i] == FULL) {
+                    let (place, at) = (first + i, (GHOSTS + k) * plane + first + i);
+                    let is_end =
+                        |d: usize, side: usize| ends[d][side] && [i, j, k][d] == [0, [n1, n2, n3][d] - 1][side];
+                    let are_full = |d: usize| {
+                        (is_end(d, 0) || c[at - strides[d]] == FULL) && (is_end(d, 1) || c[at + strides[d]] == FULL)
+                    };
+                    if alpha[at] == 0.0 && v[at] > LIGHT && (0..3).all(are_full) {
+                        around.data[place] =
+                            strides.into_iter().map(|stride| room[at - stride] + room[at + stride]).sum();
+                    } else {
+                        edges[0].push(at as u32);
+                    }
                 }
             }
         });

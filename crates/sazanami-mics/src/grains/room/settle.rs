@@ -14,7 +14,7 @@
 
 use std::ops::Range;
 
-use sazanami_numerics::domain::{Domain, GhostRules};
+use sazanami_numerics::domain::{Domain, GhostRules, Row};
 use sazanami_numerics::grid::{Field, GHOSTS};
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{Rows, for_each_chunk};
@@ -146,7 +146,7 @@ pub(super) struct Settler {
     /// neighbour per weight of this one; one ghost layer filled.
     beyond: Field<Real>,
     rates: Field<Real>,
-    among: AmongFull,
+    pub(super) among: AmongFull,
 }
 
 impl Settler {
@@ -355,6 +355,9 @@ impl Room {
                 );
             }
             let (first, moved) = (report.rounds == 0, dt.is_none());
+            if first && !goes(self.largest_excess(domain, Some(imprint))) {
+                break;
+            }
             let Settler { among, rates, handed, .. } = &mut self.settler;
             if moved && first {
                 among.find(domain, imprint, &flow.volume_fraction, &self.open);
@@ -377,16 +380,29 @@ impl Room {
             }
             report.moved_volume += moved;
         }
-        self.leave(domain, imprint, flow, &mut report);
-        report.clipped_momentum += self.take_untaken(domain, imprint);
+        // Rounds may have gone beyond the rows with grains.
+        let within = (report.rounds == 0).then_some(imprint);
+        if self.largest_excess(domain, within) > 0.0 {
+            self.leave(domain, imprint, flow, &mut report);
+        } else {
+            self.waits = false;
+        }
+        report.clipped_momentum += self.take_untaken(domain, imprint, report.rounds > 0);
         report
     }
 
-    pub(super) fn largest_excess(&self, domain: &Domain) -> Real {
+    /// Largest excess on any rank without its sign, of the rows with grains `within` this imprint, or that stood out before, or of all.
+    pub(super) fn largest_excess(&self, domain: &Domain, within: Option<&Imprint>) -> Real {
         let excess = self.excess.data();
-        domain.max(
-            domain.max_rows(&domain.interior(), |row| row.shifted(0).map(|at| excess[at].abs()).fold(0.0, Real::max)),
-        )
+        domain.max(domain.max_rows(&domain.interior(), |row| match within {
+            Some(imprint) if !self.is_beside_grains(imprint, &row) => 0.0,
+            _ => excess[row.shifted(0)].iter().fold(0.0, |largest: Real, excess| largest.max(excess.abs())),
+        }))
+    }
+
+    /// Whether there are grains in this row, or were, or a room other than that of whole cells.
+    fn is_beside_grains(&self, imprint: &Imprint, row: &Row) -> bool {
+        self.rows.holds(row.j, row.k) || imprint.row_is_covered(row.j, row.k)
     }
 
     /// One round; returns the volume handed on over all ranks [m^3].
@@ -510,10 +526,6 @@ impl Room {
     /// Leaves what no round has placed: a full cell keeps a small one as a difference of its room, to be settled later, and gives a larger
     /// lack to gas; elsewhere it waits, and what is given gets its momentum.
     fn leave(&mut self, domain: &Domain, imprint: &Imprint, flow: &mut Flow, report: &mut SettleReport) {
-        if self.largest_excess(domain) == 0.0 {
-            self.waits = false;
-            return;
-        }
         let volume = domain.grid().cell_volume();
         let drho = flow.fluids.liquid_density - flow.fluids.gas_density;
         let gas = flow.fluids.gas_density;
@@ -565,23 +577,31 @@ impl Room {
     }
 
     /// Takes what cells without grains were too light to take out of what is given; returns the momentum that this adds, over all
-    /// ranks [N s].
-    fn take_untaken(&mut self, domain: &Domain, imprint: &Imprint) -> Vector {
-        let alpha = imprint.solid_fraction.data();
-        let mut untaken = [0.0; 3];
-        for (sum, given) in untaken.iter_mut().zip(&mut self.given) {
-            let g = given.data();
-            let of_row = |row: sazanami_numerics::domain::Row| {
-                [row.shifted(0).filter(|&at| alpha[at] == 0.0).map(|at| g[at]).sum()]
-            };
-            [*sum] = domain.sum_rows(&domain.interior(), of_row);
-            domain.for_each_row(&domain.interior(), given.data_mut(), |row, given| {
-                for (given, at) in given.iter_mut().zip(row.shifted(0)).filter(|(given, _)| **given != 0.0) {
-                    *given *= Real::from(u8::from(alpha[at] > 0.0));
+    /// ranks [N s]. Only rounds go beyond the rows with grains.
+    fn take_untaken(&mut self, domain: &Domain, imprint: &Imprint, after_rounds: bool) -> Vector {
+        let (alpha, given) = (imprint.solid_fraction.data(), self.given.each_ref().map(Field::data));
+        let [x, y, z, cells] = domain.sum_rows(&domain.interior(), |row| {
+            let mut sums = [0.0; 4];
+            if after_rounds || self.is_beside_grains(imprint, &row) {
+                for (d, given) in given.into_iter().enumerate() {
+                    for at in row.shifted(0).filter(|&at| given[at] != 0.0 && alpha[at] == 0.0) {
+                        sums[d] += given[at];
+                        sums[3] += 1.0;
+                    }
+                }
+            }
+            sums
+        });
+        if cells > 0.0 {
+            let [g1, g2, g3] = self.given.each_mut().map(Field::data_mut);
+            domain.for_each_row(&domain.interior(), (g1, g2, g3), |row, (g1, g2, g3)| {
+                for given in [g1, g2, g3] {
+                    let there = given.iter_mut().zip(&alpha[row.shifted(0)]);
+                    there.filter(|(_, alpha)| **alpha == 0.0).for_each(|(given, _)| *given = 0.0);
                 }
             });
         }
-        -domain.grid().cell_volume() * Vector::from_array(domain.sum(untaken))
+        -domain.grid().cell_volume() * Vector::from_array(domain.sum([x, y, z]))
     }
 }
 
