@@ -7,13 +7,13 @@
 use sazanami_numerics::{Matrix, Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
-use super::mirrors::{DIRECTIONS, Turned, gate_of, turn};
-use super::pairs::{Neighbour, Pairs, times};
+use super::mirrors::{DIRECTIONS, Turned, gate_of, seen, turn};
+use super::pairs::{LANES, Pairs, add_to, columns_of as symmetric_columns, four, lanes, product, three};
 use super::voids::Bulk;
 use crate::boundary::{Tank, WallFriction};
 use crate::gates::Gate;
 use crate::matrix::Block;
-use crate::moments::{Symmetric, add};
+use crate::moments::Symmetric;
 use crate::neighbours::ROWS;
 use crate::particles::Kind;
 use crate::scheme::Kernel;
@@ -99,35 +99,70 @@ pub(crate) fn exchange(
             if kind[a] != Kind::Fluid {
                 continue;
             }
-            let (mut mean, mut total) = (gradient[a], 1.0);
-            for pair in pairs.of(blocks, a) {
-                let Neighbour { particle: b, turned, .. } = pair;
-                let apart = pair.way();
-                let narrower = bulk.narrowing(a, b);
-                let r = apart.length() * narrower;
-                let w = weight.value(r);
-                let slips = if turned == 0 { 0 } else { friction.slips(turned, apart) };
-                let held = turned & DIRECTIONS != slips;
-                // At a wall that holds the water eddies are gone.
-                let eddies = eddies.filter(|_| !held);
-                let thicker = eddies.map_or(1.0, |eddies| 1.0 + 0.5 * (eddies[a] + eddies[b]));
-                let image = if held { friction.held(turned, slips, velocity[b]) } else { pair.seen(velocity[b]) };
-                let stiffness = thicker * weight.laplacian(r).0 * narrower * narrower;
-                into.laplacian += stiffness * per_laplacian * (image - velocity[a]);
-                let other = seen(&pair, &gradient[b]);
-                total += w;
-                mean += w * other;
-                let along = narrower * r.max(COINCIDENT).recip() * apart;
-                let change = pair.seen(velocity[b]) - velocity[a] - 0.5 * (gradient[a] + other) * apart;
-                let pull = w * per_density * change.dot(along);
-                into.damping += pull * along;
-                add(stress, pull * r / narrower, along);
-            }
-            let mean = mean * total.recip();
+            let here = velocity[a];
+            let mine = columns_of(&gradient[a]);
+            let (mut mean, mut total) = (mine, 1.0);
+            let (mut laplacian, mut damping, mut stresses) = ([0.0; 4], [0.0; 4], [[0.0; 4]; 2]);
+            pairs.for_each_group(blocks, a, |columns, turned, group| {
+                let mut narrower = [1.0; LANES];
+                if !bulk.clear {
+                    narrower
+                        .iter_mut()
+                        .zip(columns)
+                        .for_each(|(narrower, &b)| *narrower = bulk.narrowing(a, b as usize));
+                }
+                let r = lanes(|l| group.length[l] * narrower[l]);
+                let w = lanes(|l| weight.value(r[l]));
+                let curvature = lanes(|l| weight.laplacian(r[l]).0);
+                let per_way = lanes(|l| narrower[l] * r[l].max(COINCIDENT).recip());
+                for (l, (&b, &turned)) in columns.iter().zip(turned).take(LANES).enumerate() {
+                    let (b, way) = (b as usize, group.way[l]);
+                    let slips = if turned == 0 { 0 } else { friction.slips(turned, three(way)) };
+                    let held = turned & DIRECTIONS != slips;
+                    // At a wall that holds the water eddies are gone.
+                    let eddies = eddies.filter(|_| !held);
+                    let thicker = eddies.map_or(1.0, |eddies| 1.0 + 0.5 * (eddies[a] + eddies[b]));
+                    let plain = seen(turned, velocity[b]);
+                    let image = if held { friction.held(turned, slips, velocity[b]) } else { plain };
+                    let stiffness = thicker * curvature[l] * narrower[l] * narrower[l];
+                    add_to(&mut laplacian, stiffness * per_laplacian, &four(image - here, 0.0));
+                    let other = columns_of(&if turned == 0 { gradient[b] } else { mirrored(turned, &gradient[b]) });
+                    total += w[l];
+                    (0..3).for_each(|d| add_to(&mut mean[d], w[l], &other[d]));
+                    let along = way.map(|x| per_way[l] * x);
+                    let change = beyond_linear(four(plain - here, 0.0), [&mine, &other], &way);
+                    let pull = w[l] * per_density * three(change).dot(three(along));
+                    add_to(&mut damping, pull, &along);
+                    let pull = if bulk.clear { pull * r[l] } else { pull * r[l] / narrower[l] };
+                    let [x, y, z, _] = along;
+                    add_to(&mut stresses[0], pull, &[x * x, y * y, z * z, x * y]);
+                    add_to(&mut stresses[1], pull, &[x * z, y * z, 0.0, 0.0]);
+                }
+            });
+            (into.laplacian, into.damping) = (three(laplacian), three(damping));
+            let [[xx, yy, zz, xy], [xz, yz, ..]] = stresses;
+            *stress = [xx, yy, zz, xy, xz, yz];
+            let mean = Matrix::from_cols(three(mean[0]), three(mean[1]), three(mean[2])) * total.recip();
             let twice = mean + mean.transpose();
             into.strain = twice.to_cols_array().iter().map(|v| v * v).sum::<Real>().sqrt();
         }
     });
+}
+
+/// The columns of a velocity gradient, each with a zero behind it.
+#[inline(always)]
+fn columns_of(gradient: &Matrix) -> [[Real; 4]; 3] {
+    [gradient.x_axis, gradient.y_axis, gradient.z_axis].map(|column| four(column, 0.0))
+}
+
+/// `change - (L_i + L_j) way/2` for the columns of two velocity gradients.
+#[inline(always)]
+fn beyond_linear(change: [Real; 4], gradients: [&[[Real; 4]; 3]; 2], way: &[Real; 4]) -> [Real; 4] {
+    let [mine, other] = gradients;
+    std::array::from_fn(|l| {
+        let [x, y, z] = [0, 1, 2].map(|d| 0.5 * (mine[d][l] + other[d][l]) * way[d]);
+        change[l] - (x + y + z)
+    })
 }
 
 /// Adds to the damping of each own fluid particle what the velocity gradients have to do with it: with the stress `Q`,
@@ -138,31 +173,33 @@ pub(crate) fn add_stress(
     (stress, inverse): (&[Symmetric], &[Symmetric]),
     into: &mut [Received],
 ) {
-    let of = |a: usize, slope: Vector| times(&stress[a], times(&inverse[a], slope));
+    let of = |a: usize| [&inverse[a], &stress[a]].map(symmetric_columns);
     for_each_chunk(into, ROWS, |number, into| {
         for (row, into) in into.iter_mut().enumerate() {
             let a = number * ROWS + row;
             if kind[a] != Kind::Fluid {
                 continue;
             }
-            let (mut slopes, mut there) = (Vector::ZERO, Vector::ZERO);
+            let (mut slopes, mut there) = ([0.0; 4], [0.0; 4]);
             for pair in pairs.of(blocks, a) {
-                let slope = bulk.share(a, pair.particle) * pair.slope;
-                slopes += slope;
-                there += pair.seen(of(pair.particle, pair.seen(slope)));
+                let slope = four(bulk.share(a, pair.particle) * pair.slope, 0.0);
+                add_to(&mut slopes, 1.0, &slope);
+                let [inverse, stress] = of(pair.particle);
+                let seen = four(pair.seen(three(slope)), 0.0);
+                let pushed = product(&stress, &product(&inverse, &seen));
+                add_to(&mut there, 1.0, &four(pair.seen(three(pushed)), 0.0));
             }
-            into.damping -= 0.5 * (of(a, slopes) + there);
+            let [inverse, stress] = of(a);
+            let here = product(&stress, &product(&inverse, &slopes));
+            into.damping -= 0.5 * (three(here) + three(there));
         }
     });
 }
 
 /// The gradient at an image.
-#[inline(always)]
-fn seen(pair: &Neighbour, gradient: &Matrix) -> Matrix {
-    if pair.turned == 0 {
-        return *gradient;
-    }
-    let turned = Matrix::from_cols(pair.seen(gradient.x_axis), pair.seen(gradient.y_axis), pair.seen(gradient.z_axis));
-    let rows = turned.transpose();
-    Matrix::from_cols(pair.seen(rows.x_axis), pair.seen(rows.y_axis), pair.seen(rows.z_axis)).transpose()
+fn mirrored(turned: Turned, gradient: &Matrix) -> Matrix {
+    let columns = [gradient.x_axis, gradient.y_axis, gradient.z_axis].map(|column| turn(turned, column));
+    let rows = Matrix::from_cols(columns[0], columns[1], columns[2]).transpose();
+    let rows = [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| turn(turned, row));
+    Matrix::from_cols(rows[0], rows[1], rows[2]).transpose()
 }

@@ -97,6 +97,12 @@ pub(crate) fn turn(turned: Turned, vector: Vector) -> Vector {
     Vector::new(signed(turned, 0, vector.x), signed(turned, 1, vector.y), signed(turned, 2, vector.z))
 }
 
+/// The same, quick for particles that are no images.
+#[inline(always)]
+pub(crate) fn seen(turned: Turned, vector: Vector) -> Vector {
+    if turned == 0 { vector } else { turn(turned, vector) }
+}
+
 #[inline(always)]
 fn signed(turned: Turned, d: u8, value: Real) -> Real {
     if turned >> d & 1 == 1 { -value } else { value }

@@ -8,7 +8,7 @@
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
-use super::pairs::Pairs;
+use super::pairs::{Pairs, four, three};
 use super::voids::Bulk;
 use crate::ghosts::Ghosts;
 use crate::matrix::{Block, Layout, Row};
@@ -51,11 +51,23 @@ impl Operators<'_> {
         into: &mut [T],
         set: impl Fn(&mut T, usize, Vector) + Sync,
     ) {
+        self.set_force(blocks, pressure, into, |into, a, force| set(into, a, three(force)));
+    }
+
+    /// The same with a zero behind each force.
+    fn set_force<T: Send>(
+        &self,
+        blocks: &[Block],
+        pressure: &[Real],
+        into: &mut [T],
+        set: impl Fn(&mut T, usize, [Real; 4]) + Sync,
+    ) {
         for_each_chunk(into, ROWS, |number, into| {
             for (row, into) in into.iter_mut().enumerate() {
                 let a = number * ROWS + row;
-                let own = Vector::from_slice(&self.sums[a][..3]) - self.slope[a];
-                set(into, a, pressure[a] * own + self.pairs.gathered(blocks, a, pressure));
+                let [x, y, z, zero] = self.pairs.gathered(blocks, a, pressure);
+                let own = three(self.sums[a]) - self.slope[a];
+                set(into, a, four(pressure[a] * own + Vector::new(x, y, z), zero));
             }
         });
     }
@@ -86,11 +98,11 @@ impl Product for Conjugate<'_> {
         q: &mut [Real],
     ) {
         let Self { operators, force, bulk, without_level } = self;
-        let set = |into: &mut [Real; 4], a: usize, force: Vector| {
-            let force = bulk.own(a) * force;
-            *into = [force.x, force.y, force.z, d[a]];
+        let set = |into: &mut [Real; 4], a: usize, [x, y, z, zero]: [Real; 4]| {
+            let own = bulk.own(a);
+            *into = [own * x, own * y, own * z, d[a] + zero];
         };
-        operators.force(blocks, d, &mut force[..layout.owned], set);
+        operators.set_force(blocks, d, &mut force[..layout.owned], set);
         ghosts.refresh(layout.domain, force);
         let (blocks, force) = (&*blocks, &force[..]);
         for_each_chunk(&mut q[..layout.owned], ROWS, |number, q| {

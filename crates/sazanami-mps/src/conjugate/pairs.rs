@@ -4,7 +4,7 @@ use sazanami_numerics::particles::Bins;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{Rows, for_each_chunk};
 
-use super::mirrors::{DIRECTIONS, Mirrors, Turned, turn, way};
+use super::mirrors::{DIRECTIONS, Mirrors, Turned, seen, turn, way};
 use super::voids::Bulk;
 use crate::matrix::{Block, Row};
 use crate::moments::Symmetric;
@@ -15,14 +15,20 @@ use crate::scheme::Kernel;
 /// Part of the radius within which pairs count: nearer to it the vectors vanish in single precision.
 const WITHIN: Real = 1.0 - 1e-6;
 
+/// Pairs that are found or measured together.
+pub(crate) const LANES: usize = 8;
+
+/// Stands behind the pairs of a block.
+const NO_PAIR: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
+
 /// Vectors and images of the pairs of one block, beside the columns and coefficients `2 s` of its [`Block`].
 #[derive(Clone, Debug)]
 pub(crate) struct PairBlock {
     starts: [u32; ROWS + 1],
     /// First pair of each row with an image.
     images: [u32; ROWS],
-    /// `s_ij r_ij` [1/m]: `g_ij`, over the share of fluid and grains that move.
-    slopes: Vec<[f32; 3]>,
+    /// `s_ij r_ij` [1/m]: `g_ij`, over the share of fluid and grains that move; and `2 s_ij` [1/m^2]. [`LANES`] more than pairs.
+    slopes: Vec<[f32; 4]>,
     turned: Vec<Turned>,
     /// `B_i g_ij eps_j/eps_i` [1/m], and the coefficient of the compact matrix [1/m^2].
     own: Vec<[f32; 4]>,
@@ -72,18 +78,79 @@ impl Neighbour {
     /// A vector of the particle behind as its image has it.
     #[inline(always)]
     pub fn seen(&self, vector: Vector) -> Vector {
-        if self.turned == 0 { vector } else { turn(self.turned, vector) }
+        seen(self.turned, vector)
     }
 }
 
-/// `matrix vector`.
+/// Pairs of one particle with their lengths; entries behind the last pair of the particle are those of others.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Group {
+    /// `g` [1/m], and a number without meaning.
+    pub slope: [[Real; 4]; LANES],
+    /// `s` [1/m^2].
+    pub stiffness: [Real; LANES],
+    /// Way to the neighbour \[m], and a number without meaning.
+    pub way: [[Real; 4]; LANES],
+    /// Its length \[m].
+    pub length: [Real; LANES],
+}
+
+impl Group {
+    #[inline(always)]
+    fn of(slopes: &[[f32; 4]; LANES]) -> Self {
+        let slope: [[Real; 4]; LANES] = lanes(|l| slopes[l].map(Real::from));
+        let stiffness: [Real; LANES] = lanes(|l| 0.5 * slope[l][3]);
+        let inverse: [Real; LANES] = lanes(|l| stiffness[l].recip());
+        let way: [[Real; 4]; LANES] = lanes(|l| slope[l].map(|g| inverse[l] * g));
+        let square = |[x, y, z, _]: [Real; 4]| x * x + y * y + z * z;
+        Self { slope, stiffness, way, length: lanes(|l| square(way[l]).sqrt()) }
+    }
+}
+
+/// The values of a group; unlike `map` of arrays it is always inlined.
 #[inline(always)]
-pub(crate) fn times(m: &Symmetric, v: Vector) -> Vector {
-    Vector::new(
-        m[0] * v.x + m[3] * v.y + m[4] * v.z,
-        m[3] * v.x + m[1] * v.y + m[5] * v.z,
-        m[4] * v.x + m[5] * v.y + m[2] * v.z,
-    )
+pub(crate) fn lanes<T: Copy + Default>(value: impl Fn(usize) -> T) -> [T; LANES] {
+    let mut values = [T::default(); LANES];
+    values.iter_mut().enumerate().for_each(|(l, entry)| *entry = value(l));
+    values
+}
+
+/// Adds `factor vector` to `sum`.
+#[inline(always)]
+pub(crate) fn add_to(sum: &mut [Real; 4], factor: Real, vector: &[Real; 4]) {
+    (0..4).for_each(|l| sum[l] += factor * vector[l]);
+}
+
+/// A vector with `fourth` behind it.
+#[inline(always)]
+pub(crate) fn four(vector: Vector, fourth: Real) -> [Real; 4] {
+    [vector.x, vector.y, vector.z, fourth]
+}
+
+/// The vector before a fourth number.
+#[inline(always)]
+pub(crate) fn three([x, y, z, _]: [Real; 4]) -> Vector {
+    Vector::new(x, y, z)
+}
+
+/// The columns of a symmetric matrix, each with a zero behind it.
+#[inline(always)]
+pub(crate) fn columns_of(m: &Symmetric) -> [[Real; 4]; 3] {
+    [[m[0], m[3], m[4], 0.0], [m[3], m[1], m[5], 0.0], [m[4], m[5], m[2], 0.0]]
+}
+
+/// `matrix vector` by columns; the fourth number is zero.
+#[inline(always)]
+pub(crate) fn product(columns: &[[Real; 4]; 3], vector: &[Real; 4]) -> [Real; 4] {
+    let [p, q, r] = columns;
+    std::array::from_fn(|l| p[l] * vector[0] + q[l] * vector[1] + r[l] * vector[2])
+}
+
+/// The same for the matrix of an image, by that of the particle behind.
+#[inline]
+pub(crate) fn product_at_image(turned: Turned, columns: &[[Real; 4]; 3], vector: &[Real; 4]) -> [Real; 4] {
+    let there = four(turn(turned, three(*vector)), 0.0);
+    four(turn(turned, three(product(columns, &there))), 0.0)
 }
 
 /// The pairs of a rank by rows of own particles.
@@ -137,6 +204,7 @@ impl Pairs {
                 pairs.starts[row + 1] = pairs.turned.len() as u32;
                 block.end_row(row, pairs.turned.len(), 0);
             }
+            pairs.slopes.extend_from_slice(&[NO_PAIR; LANES]);
         });
     }
 
@@ -154,23 +222,33 @@ impl Pairs {
         let columns = (&mut self.blocks[..], rows.0, rows.1);
         for_each_chunk(columns, 1, |number, (pairs, sums, slope)| {
             let PairBlock { starts, slopes, turned, own, others, .. } = &mut pairs[0];
-            let Block { columns, coefficients, .. } = &blocks[number];
-            own.resize(slopes.len(), [0.0; 4]);
-            others.resize(slopes.len(), [0.0; 4]);
+            let columns = &blocks[number].columns;
+            own.resize(columns.len(), [0.0; 4]);
+            others.resize(columns.len(), [0.0; 4]);
             for (row, (sum, along)) in sums.data.iter_mut().zip(slope.data.iter_mut()).enumerate() {
                 (*sum, *along) = ([0.0; 4], Vector::ZERO);
-                for n in starts[row] as usize..starts[row + 1] as usize {
-                    let (a, b, turned) = (number * ROWS + row, columns[n] as usize, turned[n]);
-                    let g = bulk.share(a, b) * Vector::from_array(slopes[n].map(Real::from));
-                    let [mine, theirs] = [bulk.ratio(a, b), bulk.ratio(b, a)];
-                    let whole = times(&inverse[a], g);
-                    *along += (mine - 1.0) * whole;
-                    let [x, y, z] = (mine * whole).to_array().map(|k| k as f32);
-                    own[n] = [x, y, z, coefficients[n]];
-                    (0..4).for_each(|l| sum[l] += Real::from(own[n][l]));
-                    let whole = turn(turned, times(&inverse[b], turn(turned, g)));
-                    let [x, y, z] = (theirs * whole).to_array().map(|k| k as f32);
-                    others[n] = [x, y, z, 0.0];
+                let a = number * ROWS + row;
+                let range = starts[row] as usize..starts[row + 1] as usize;
+                if range.is_empty() {
+                    continue;
+                }
+                let here = columns_of(&inverse[a]);
+                let pairs = columns[range.clone()].iter().zip(&slopes[range.clone()]).zip(&turned[range.clone()]);
+                let into = own[range.clone()].iter_mut().zip(&mut others[range]);
+                for (((&b, slope), &turned), (own, other)) in pairs.zip(into) {
+                    let b = b as usize;
+                    let [share, mine, theirs] = [bulk.share(a, b), bulk.ratio(a, b), bulk.ratio(b, a)];
+                    let g = slope.map(|g| share * Real::from(g));
+                    let whole = product(&here, &g);
+                    if !bulk.clear {
+                        *along += (mine - 1.0) * three(whole);
+                    }
+                    let [x, y, z, _] = whole.map(|k| (mine * k) as f32);
+                    *own = [x, y, z, slope[3]];
+                    (0..4).for_each(|l| sum[l] += Real::from(own[l]));
+                    let there = columns_of(&inverse[b]);
+                    let whole = if turned == 0 { product(&there, &g) } else { product_at_image(turned, &there, &g) };
+                    *other = whole.map(|k| (theirs * k) as f32);
                 }
             }
         });
@@ -209,9 +287,9 @@ impl Pairs {
         sums
     }
 
-    /// `sum f_j B_j g_aj` of a field `f`.
+    /// `sum f_j B_j g_aj` of a field `f`, and zero: a sum that callers use, so that all four are taken at once.
     #[inline(always)]
-    pub fn gathered(&self, blocks: &[Block], a: usize, field: &[Real]) -> Vector {
+    pub fn gathered(&self, blocks: &[Block], a: usize, field: &[Real]) -> [Real; 4] {
         let (number, row) = (a / ROWS, a % ROWS);
         let PairBlock { starts, others, .. } = &self.blocks[number];
         let range = starts[row] as usize..starts[row + 1] as usize;
@@ -228,7 +306,7 @@ impl Pairs {
             (0..2).for_each(|n| add(&mut sums[n], b[n], &h[n]));
         }
         rest.iter().zip(others_rest).for_each(|(&b, h)| add(&mut sums[0], b, h));
-        Vector::from_slice(&sums[0][..3]) + Vector::from_slice(&sums[1][..3])
+        std::array::from_fn(|l| sums[0][l] + sums[1][l])
     }
 
     /// Neighbours of own particle `a`.
@@ -237,14 +315,27 @@ impl Pairs {
         let (number, row) = (a / ROWS, a % ROWS);
         let PairBlock { starts, slopes, turned, .. } = &self.blocks[number];
         let range = starts[row] as usize..starts[row + 1] as usize;
-        let (columns, coefficients) = blocks[number].row(row);
-        let pairs = columns.iter().zip(coefficients).zip(slopes[range.clone()].iter().zip(&turned[range]));
-        pairs.map(|((&b, &c), (g, &turned))| Neighbour {
-            particle: b as usize,
-            turned,
-            slope: Vector::from_array(g.map(Real::from)),
-            stiffness: 0.5 * Real::from(c),
+        let pairs = blocks[number].row(row).0.iter().zip(&slopes[range.clone()]).zip(&turned[range]);
+        pairs.map(|((&b, slope), &turned)| {
+            let [x, y, z, c] = slope.map(Real::from);
+            Neighbour { particle: b as usize, turned, slope: Vector::new(x, y, z), stiffness: 0.5 * c }
         })
+    }
+
+    /// Calls `body` with the neighbours of own particle `a`, some at a time and in order: numbers of particles, how images are
+    /// turned, and lengths.
+    #[inline(always)]
+    pub fn for_each_group(&self, blocks: &[Block], a: usize, mut body: impl FnMut(&[u32], &[Turned], &Group)) {
+        let (number, row) = (a / ROWS, a % ROWS);
+        let PairBlock { starts, slopes, turned, .. } = &self.blocks[number];
+        let columns = &blocks[number].columns;
+        let end = starts[row + 1] as usize;
+        for begin in (starts[row] as usize..end).step_by(LANES) {
+            let range = begin..end.min(begin + LANES);
+            if let Some(slopes) = slopes[begin..].first_chunk::<LANES>() {
+                body(&columns[range.clone()], &turned[range], &Group::of(slopes));
+            }
+        }
     }
 
     /// Number of pairs.
@@ -254,6 +345,12 @@ impl Pairs {
 }
 
 impl Search<'_> {
+    /// `s` of a pair at a scaled distance of this `square`, of this `area` and bulk volume.
+    #[inline(always)]
+    fn stiffness(&self, square: Real, area: Real, volume: Real) -> Real {
+        -self.kernel.weight.slope_over_distance(square.sqrt()) * area / self.kernel.sums.strain * volume
+    }
+
     /// Lists the neighbours of `a` in its `row`: particles of the list `near`, then images.
     fn list(&self, a: usize, near: &[u32], (pairs, row): (&mut PairBlock, usize), block: &mut Block) {
         let Self { kernel, mirrors, bins, kind, position, bulk, .. } = *self;
@@ -261,31 +358,77 @@ impl Search<'_> {
         let radius = self.widest * WITHIN * weight.radius;
         let square = (WITHIN * weight.radius).powi(2);
         let gate = mirrors.gate_near(here, radius);
-        let mut add = |b: usize, turned: Turned, apart: Vector, pairs: &mut PairBlock| {
+        let parted = |b: usize| gate.is_some_and(|number| mirrors.gates[number].parts(here, position[b]));
+        for near in near.chunks(LANES) {
+            self.list_group(a, near, square, parted, pairs, block);
+        }
+        pairs.turned.resize(pairs.slopes.len(), 0);
+        pairs.images[row] = pairs.turned.len() as u32;
+        let mut add = |b: usize, turned: Turned, apart: Vector| {
             let narrower = bulk.narrowing(a, b);
             let area = narrower * narrower;
             let r2 = apart.length_squared() * area;
             if r2 < square {
-                let s = -weight.slope_over_distance(r2.sqrt()) * area / kernel.sums.strain * bulk.pair(a, b);
+                let s = self.stiffness(r2, area, bulk.pair(a, b));
                 block.columns.push(b as u32);
                 block.coefficients.push((2.0 * s) as f32);
-                pairs.slopes.push((s * apart).to_array().map(|g| g as f32));
+                pairs.slopes.push(four(s * apart, 2.0 * s).map(|g| g as f32));
                 pairs.turned.push(turned);
             }
         };
-        let parted = |b: usize| gate.is_some_and(|number| mirrors.gates[number].parts(here, position[b]));
-        for b in near.iter().map(|&b| b as usize).filter(|&b| kind[b] == Kind::Fluid && !parted(b)) {
-            add(b, 0, position[b] - here, pairs);
-        }
-        pairs.images[row] = pairs.turned.len() as u32;
         mirrors.near(here, radius, gate, |turned, twice| {
             let image = way(here, here, turned, twice) + here;
             let is_seen = |b: usize| gate.is_none_or(|gate| mirrors.shows(gate, [here, position[b]], turned, twice));
             bins.for_each_range(image, radius, |range| {
                 for b in range.filter(|&b| kind[b] == Kind::Fluid && is_seen(b)) {
-                    add(b, turned, way(here, position[b], turned, twice), pairs);
+                    add(b, turned, way(here, position[b], turned, twice));
                 }
             });
         });
+    }
+
+    /// Lists those of at most [`LANES`] particles `near` that are fluid, not `parted` from `a` and nearer than the root of
+    /// `square` \[m].
+    #[inline(always)]
+    fn list_group(
+        &self,
+        a: usize,
+        near: &[u32],
+        square: Real,
+        parted: impl Fn(usize) -> bool,
+        pairs: &mut PairBlock,
+        block: &mut Block,
+    ) {
+        let Self { kind, position, bulk, .. } = *self;
+        let mut numbers = [a as u32; LANES];
+        numbers[..near.len()].copy_from_slice(near);
+        let apart = lanes(|l| position[numbers[l] as usize] - position[a]);
+        let fluid = lanes(|l| kind[numbers[l] as usize] == Kind::Fluid);
+        let (mut area, mut volume) = ([1.0; LANES], [1.0; LANES]);
+        if !bulk.clear {
+            let narrower = lanes(|l| bulk.narrowing(a, numbers[l] as usize));
+            area = lanes(|l| narrower[l] * narrower[l]);
+            volume = lanes(|l| bulk.pair(a, numbers[l] as usize));
+        }
+        let r2 = lanes(|l| apart[l].length_squared() * area[l]);
+        let s = lanes(|l| self.stiffness(r2[l], area[l], volume[l]));
+        let begin = block.columns.len();
+        block.columns.extend_from_slice(&[0; LANES]);
+        block.coefficients.extend_from_slice(&[0.0; LANES]);
+        pairs.slopes.extend_from_slice(&[NO_PAIR; LANES]);
+        let into = begin..begin + LANES;
+        let (columns, coefficients) = (&mut block.columns[into.clone()], &mut block.coefficients[into.clone()]);
+        let (slopes, mut found) = (&mut pairs.slopes[into], 0);
+        for (l, &b) in numbers.iter().enumerate() {
+            let at = found % LANES;
+            columns[at] = b;
+            coefficients[at] = (2.0 * s[l]) as f32;
+            slopes[at] = four(s[l] * apart[l], 2.0 * s[l]).map(|g| g as f32);
+            let counts = (l < near.len()) & (r2[l] < square) & fluid[l];
+            found += usize::from(counts && !parted(b as usize));
+        }
+        block.columns.truncate(begin + found);
+        block.coefficients.truncate(begin + found);
+        pairs.slopes.truncate(begin + found);
     }
 }

@@ -3,11 +3,12 @@
 use sazanami_numerics::{Matrix, Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
-use super::pairs::{Neighbour, Pairs};
+use super::mirrors::seen;
+use super::pairs::{LANES, Pairs, add_to, four, lanes, three};
 use super::voids::Bulk;
 use crate::free_surface::is_isolated;
 use crate::matrix::{Block, CLOSE_RADIUS};
-use crate::moments::{Symmetric, add, eigenvalues_exceed, full};
+use crate::moments::{Symmetric, eigenvalues_exceed, full};
 use crate::neighbours::ROWS;
 use crate::particles::{Kind, Role};
 use crate::scheme::Kernel;
@@ -88,27 +89,10 @@ pub(crate) fn surround(
             if kind[a] != Kind::Fluid {
                 continue;
             }
-            let (mut moments, mut changes, mut sum, mut close) = ([0.0; 6], Matrix::ZERO, Vector::ZERO, 0);
+            let Sums { moments, changes, sum, density, drift, close, collided } =
+                Sums::over(kernel, near, (pairs, blocks), velocity, bulk, a);
             let mine = &mut surroundings[row];
-            mine.density = 1.0;
-            for pair in pairs.of(blocks, a) {
-                let Neighbour { particle: b, .. } = pair;
-                let share = bulk.share(a, b);
-                let (slope, stiffness) = (share * pair.slope, share * pair.stiffness);
-                let apart = pair.way();
-                let narrower = bulk.narrowing(a, b);
-                let r = apart.length() * narrower;
-                mine.density += kernel.weight.value(r);
-                sum += slope;
-                add(&mut moments, stiffness, apart);
-                let change = pair.seen(velocity[b]) - velocity[a];
-                changes += Matrix::from_cols(slope.x * change, slope.y * change, slope.z * change);
-                if r < CLOSE_RADIUS * spacing {
-                    close += 1;
-                    mine.drift -= bulk.crowd(a, b) * near.drift(r) * narrower * narrower * apart;
-                    mine.collided += u32::from(r < COLLIDED * spacing);
-                }
-            }
+            (mine.density, mine.drift, mine.collided) = (density, drift, collided);
             if eigenvalues_exceed(&moments, THINNEST) {
                 let m = full(&moments).inverse();
                 inverse[row] = [m.x_axis.x, m.y_axis.y, m.z_axis.z, m.x_axis.y, m.x_axis.z, m.y_axis.z];
@@ -126,6 +110,80 @@ pub(crate) fn surround(
             .normalize_or_zero();
         }
     });
+}
+
+/// Sums over the neighbours of a particle.
+struct Sums {
+    /// `M`.
+    moments: Symmetric,
+    /// `sum (u_j - u_i) g_ij^T` [1/s].
+    changes: Matrix,
+    /// `sum g_ij` [1/m].
+    sum: Vector,
+    density: Real,
+    drift: Vector,
+    /// Neighbours within 2.1 spacings, and within half a spacing.
+    close: u32,
+    collided: u32,
+}
+
+impl Sums {
+    /// Those of own particle `a`.
+    #[inline(always)]
+    fn over(
+        kernel: &Kernel,
+        near: &Near,
+        (pairs, blocks): (&Pairs, &[Block]),
+        velocity: &[Vector],
+        bulk: &Bulk<'_>,
+        a: usize,
+    ) -> Self {
+        let spacing = near.weight.radius / CLOSE_RADIUS;
+        let here = velocity[a];
+        // The last column holds 11, 22, 33, 12 of the moments; the first three end in sums of `g`.
+        let (mut changes, mut moments) = ([[0.0; 4]; 3], [0.0; 4]);
+        let [mut moment13, mut moment23, mut density] = [0.0, 0.0, 1.0];
+        let (mut drift, mut close, mut collided) = ([0.0; 4], 0, 0);
+        pairs.for_each_group(blocks, a, |columns, turned, group| {
+            let (mut share, mut narrower, mut crowd) = ([1.0; LANES], [1.0; LANES], [1.0; LANES]);
+            if !bulk.clear {
+                for (l, &b) in columns.iter().enumerate() {
+                    let b = b as usize;
+                    (share[l], narrower[l], crowd[l]) = (bulk.share(a, b), bulk.narrowing(a, b), bulk.crowd(a, b));
+                }
+            }
+            let r = lanes(|l| group.length[l] * narrower[l]);
+            let stiffness = lanes(|l| share[l] * group.stiffness[l]);
+            let weight = lanes(|l| kernel.weight.value(r[l]));
+            let drifts = lanes(|l| {
+                let drift = crowd[l] * near.drift(r[l]) * narrower[l] * narrower[l];
+                if r[l] < CLOSE_RADIUS * spacing { drift } else { 0.0 }
+            });
+            for (l, (&b, &turned)) in columns.iter().zip(turned).take(LANES).enumerate() {
+                let change = four(seen(turned, velocity[b as usize]) - here, 1.0);
+                let way @ [x, y, z, _] = group.way[l];
+                (0..3).for_each(|d| add_to(&mut changes[d], share[l] * group.slope[l][d], &change));
+                add_to(&mut moments, stiffness[l], &[x * x, y * y, z * z, x * y]);
+                moment13 += stiffness[l] * (x * z);
+                moment23 += stiffness[l] * (y * z);
+                density += weight[l];
+                add_to(&mut drift, -drifts[l], &way);
+                close += u32::from(r[l] < CLOSE_RADIUS * spacing);
+                collided += u32::from(r[l] < COLLIDED * spacing);
+            }
+        });
+        let [p, q, s] = changes;
+        let [xx, yy, zz, xy] = moments;
+        Self {
+            moments: [xx, yy, zz, xy, moment13, moment23],
+            changes: Matrix::from_cols(three(p), three(q), three(s)),
+            sum: Vector::new(p[3], q[3], s[3]),
+            density,
+            drift: three(drift),
+            close,
+            collided,
+        }
+    }
 }
 
 /// Role by eigenvalue and cone; it matters for shifting, spray and the relaxation of the density alone.

@@ -113,6 +113,27 @@ fn force(solver: &Solver, pressure: &[Real]) -> Vec<Vector> {
 }
 
 #[test]
+fn groups_hold_the_pairs_of_a_particle_in_order() {
+    let Solver { particles, conjugate, equation, .. } = posed([OPEN_TOP, OPEN, OPEN_TOP], 2.6);
+    let (pairs, blocks) = (&conjugate.pairs, &equation.blocks[..]);
+    let mut images = 0;
+    for a in 0..particles.owned {
+        let mut rest = pairs.of(blocks, a);
+        pairs.for_each_group(blocks, a, |columns, turned, group| {
+            for (l, (&b, &turned)) in columns.iter().zip(turned).enumerate() {
+                let pair = rest.next().unwrap();
+                let (way, found) = (pair.way(), Vector::from_slice(&group.way[l][..3]));
+                assert_eq!((pair.particle, pair.turned), (b as usize, turned));
+                assert_eq!((pair.stiffness, way, way.length()), (group.stiffness[l], found, group.length[l]));
+                images += usize::from(turned != 0);
+            }
+        });
+        assert!(rest.next().is_none());
+    }
+    assert!(images > 100, "{images}");
+}
+
+#[test]
 fn the_divergence_of_linear_flows_is_exact_at_surfaces_and_at_walls() {
     let free = |x: Vector| Vector::new(2.0 * x.x + 0.7 * x.z, 0.3, x.y - 0.5 * x.z);
     // Along the floor and a wall, so that their mirrors continue it.
