@@ -20,8 +20,8 @@ use crate::read::{At, Context, Table};
 use crate::tables::{
     Bed, BoundarySide, BoxDomain, Checkpoints, Contacts, Coupling, DemOptions, Drive, Erosion, FilmRoughness,
     FluidOptions, Follows, Frame, Gate, GrainPlacement, HeapObserved, LONGEST_STEP, LiquidRegion, Material, Materials,
-    OutputFrame, Outputs, Overlap, Particles, Population, Preparation, Probe, Ripples, RunLength, Sides, WallMotion,
-    check_names,
+    OutputFrame, Outputs, Overlap, Particles, Population, Preparation, Probe, Region, Ripples, RunLength, Sides,
+    WallMotion, check_names,
 };
 use crate::value::{Range1, Value};
 use crate::write::{Paths, Written};
@@ -345,6 +345,12 @@ impl Case {
     #[must_use]
     pub fn periodic(&self) -> [bool; 3] {
         self.boundary.map(|pair| pair[0] == BoundarySide::Periodic)
+    }
+
+    /// Where a liquid lies whose origin is `origin` \[m]: with what reaches through periodic sides.
+    #[must_use]
+    pub fn region_of(&self, liquid: &LiquidRegion, origin: Vector) -> Region {
+        liquid.region.moved(origin).repeated(&self.domain, self.periodic())
     }
 
     /// The plan of the box.

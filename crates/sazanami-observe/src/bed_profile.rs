@@ -7,23 +7,27 @@ use sazanami_parallel::{max_over, sum_over};
 
 use crate::{BedView, Body, Ground, Horizontal};
 
-/// Highest node \[m] of the grains within `radius` \[m] of the vertical through `axis`: `H_s` of the paper. Where no node is that near, the
-/// highest surface on the axis.
+/// Highest node \[m] of the grains within `radius` \[m] of the vertical through `axis`, `H_s` of the paper, or the highest surface on the axis where that
+/// is higher: faces wider than the radius have their nodes farther off, and nodes of buried grains may lie nearer.
 ///
-/// `None` if there is none either.
+/// `None` if no grain is there.
 #[must_use]
 pub fn height_near(bed: &BedView, ground: &Ground, axis: Horizontal, radius: Real) -> Option<Real> {
     let way = |node: Vector| ground.from_axis(axis, node);
     let near = |node: &Vector| way(*node)[0].hypot(way(*node)[1]) <= radius;
     let highest = |grain| bed.nodes_of(grain).filter(near).fold(Real::NEG_INFINITY, |top, node| top.max(node.z));
-    let top = max_over(bed.len(), highest);
-    let on_axis = || ground.seen_from(axis, bed, |bed| max_over(bed.len(), |grain| surface_over(bed, grain, axis)));
-    Some(if top > Real::NEG_INFINITY { top } else { on_axis() }).filter(|&top| top > Real::NEG_INFINITY)
+    let on_axis = ground.seen_from(axis, bed, |bed| max_over(bed.len(), |grain| surface_over(bed, grain, axis)));
+    Some(max_over(bed.len(), highest).max(on_axis)).filter(|&top| top > Real::NEG_INFINITY)
 }
 
 /// Height \[m] of the highest surface of a grain over a point; negative infinity beside it.
 fn surface_over(bed: &BedView, grain: usize, [x, y]: Horizontal) -> Real {
-    let (body, nodes): (_, Vec<Vector>) = (bed.body_of(grain), bed.nodes_of(grain).collect());
+    let (body, centre, scale) = (bed.body_of(grain), bed.position[grain], bed.scale[grain]);
+    let square = ((x - centre.x).powi(2) + (y - centre.y).powi(2)) / (scale * scale);
+    if body.nodes.iter().all(|node| node.length_squared() < square) {
+        return Real::NEG_INFINITY;
+    }
+    let nodes: Vec<Vector> = bed.nodes_of(grain).collect();
     let height = |triangle: &[u32; 3]| {
         let [a, b, c] = triangle.map(|n| nodes[n as usize]);
         let twice_area = |p: Vector, q: Vector, r: [Real; 2]| (q.x - p.x) * (r[1] - p.y) - (q.y - p.y) * (r[0] - p.x);
@@ -171,6 +175,26 @@ mod tests {
             let repeats = Ground { periodic: [true, false], ..ground };
             assert_eq!(height_near(view, &repeats, [9.0, 0.0], 0.6), height_near(view, &repeats, [-1.0, 0.0], 0.6));
         });
+    }
+
+    #[test]
+    fn a_face_hides_the_nodes_below_it() {
+        // The grain below has a node under the face of the one above, whose own are farther off.
+        let beside = icosahedron(Vector::splat(2.0))
+            .0
+            .iter()
+            .map(|node| node.y)
+            .fold(Real::INFINITY, |least, y| if y > 0.5 { least.min(y) } else { least });
+        let bed = Bed::new(4.0, vec![Vector::new(0.0, 0.0, 10.0), Vector::new(0.0, -beside, 0.0)]);
+        bed.view(|view| {
+            let ground = Ground { lower: [-5.0; 2], upper: [5.0; 2], periodic: [false; 2] };
+            let height = height_near(view, &ground, [0.1, 0.0], 0.3).unwrap();
+            assert!(height > 11.5 && height < 12.0, "{height}");
+        });
+        // Negative control: alone, the lower one is seen.
+        let alone = Bed::new(4.0, vec![Vector::new(0.0, -beside, 0.0)]);
+        let ground = Ground { lower: [-5.0; 2], upper: [5.0; 2], periodic: [false; 2] };
+        assert!(alone.view(|view| height_near(view, &ground, [0.1, 0.0], 0.3)).unwrap() < 2.0);
     }
 
     #[test]

@@ -65,6 +65,10 @@ fn surfaces(shapes: &[Shape]) -> Vec<BodySurface<'_>> {
 fn coloured(colouring: &Colouring) -> (Cow<'_, [f64]>, ColourScale) {
     match colouring {
         Colouring::Speed(values, fastest) => (values.into(), ColourScale::speed(*fastest)),
+        Colouring::WaterSpeed(values, fastest) => {
+            let label = "speed of the water [m/s]".to_owned();
+            (values.into(), ColourScale { label, ..ColourScale::speed(*fastest) })
+        }
         Colouring::Height(heights, range) => {
             (heights.iter().map(|height| 1e3 * height).collect(), ColourScale::height(*range))
         }

@@ -158,6 +158,8 @@ pub struct SideView {
 pub enum Colouring {
     /// Speeds, up to a fastest [m/s].
     Speed(Vec<Real>, Real),
+    /// Speeds of the water, up to a fastest [m/s].
+    WaterSpeed(Vec<Real>, Real),
     /// Heights between those of the first and the last colour \[m].
     Height(Vec<Real>, [Real; 2]),
     /// A quantity of either sign, with the label of its colours and the value of the last colour to either side.

@@ -286,6 +286,9 @@ impl Search<'_> {
         if exchange_of(self.case, facts).is_none_or(|(exchange, _)| exchange != Exchange::Surface) {
             return;
         }
+        if !self.case.has_liquid() {
+            return;
+        }
         let liquid = self.case.fluid.liquid.density;
         for (n, population) in self.case.grains.iter().enumerate().filter(|(_, p)| p.motion == Motion::Free) {
             let of_material = self.case.material(&population.material).map(|material| material.density);

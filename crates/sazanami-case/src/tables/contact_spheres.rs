@@ -60,7 +60,14 @@ pub enum ContactSphereChoice {
 impl ContactSphereKeys {
     /// Their meaning for a shape; errors are reported.
     pub(super) fn meaning(self, shape: &GrainShape, table: &Table<'_>, cx: &mut Context<'_>) -> ContactSphereChoice {
-        let choice = self.choice(shape, table, cx);
+        let radius = self.sphere_radius;
+        let default = match shape {
+            GrainShape::Sphere { .. } => ContactSphereChoice::Single,
+            GrainShape::Spheroid { diameter, length, .. } if length > diameter => ContactSphereChoice::Axis(9),
+            _ => ContactSphereChoice::Shell { count: 75, radius },
+        };
+        let chosen = if self.contact_spheres.is_some() { self.chosen(shape, table, cx) } else { Some(default.clone()) };
+        let Some(choice) = chosen else { return default };
         let of_file = matches!(choice, ContactSphereChoice::File { .. });
         let of_shell = matches!(choice, ContactSphereChoice::Shell { .. });
         for (key, is_used, help) in [
@@ -77,20 +84,14 @@ impl ContactSphereKeys {
         choice
     }
 
-    fn choice(self, shape: &GrainShape, table: &Table<'_>, cx: &mut Context<'_>) -> ContactSphereChoice {
-        let radius = self.sphere_radius;
-        let default = match shape {
-            GrainShape::Sphere { .. } => ContactSphereChoice::Single,
-            GrainShape::Spheroid { diameter, length, .. } if length > diameter => ContactSphereChoice::Axis(9),
-            _ => ContactSphereChoice::Shell { count: 75, radius },
-        };
-        let span = table.place("contact_spheres");
-        let Some(text) = &self.contact_spheres else { return default };
+    /// What `contact_spheres` asks for; `None` if it is refused.
+    fn chosen(self, shape: &GrainShape, table: &Table<'_>, cx: &mut Context<'_>) -> Option<ContactSphereChoice> {
+        let (span, radius) = (table.place("contact_spheres"), self.sphere_radius);
         let has_axis = matches!(shape, GrainShape::Spheroid { .. } | GrainShape::Cylinder { .. });
-        let refused: (&str, String) = match split_call(text) {
+        let refused: (&str, String) = match split_call(self.contact_spheres.as_deref()?) {
             None => {
                 cx.report.error(span, "`contact_spheres` cannot be read").label(EXPECTED);
-                return default;
+                return None;
             }
             Some(("shell", Some(count))) if count > MOST_ON_SHELL => {
                 ("too many contact spheres", format!("a shell has {MOST_ON_SHELL} at most: 75 follow the paper's sand"))
@@ -98,13 +99,15 @@ impl ContactSphereKeys {
             Some(("axis", Some(count))) if count > MOST_ON_AXIS => {
                 ("too many contact spheres", format!("an axis has {MOST_ON_AXIS} at most: 9 follow the paper's sand"))
             }
-            Some(("shell", Some(count @ 1..))) => return ContactSphereChoice::Shell { count, radius },
-            Some(("axis", Some(n @ 1..))) if has_axis => return ContactSphereChoice::Axis(n),
+            Some(("shell", Some(count @ 1..))) => return Some(ContactSphereChoice::Shell { count, radius }),
+            Some(("axis", Some(n @ 1..))) if has_axis => return Some(ContactSphereChoice::Axis(n)),
             Some(("axis", _)) => (
                 "spheres along the axis need a prolate spheroid or a cylinder, and a count",
                 "`shell(75)` covers any closed shape".into(),
             ),
-            Some(("single", None)) if matches!(shape, GrainShape::Sphere { .. }) => return ContactSphereChoice::Single,
+            Some(("single", None)) if matches!(shape, GrainShape::Sphere { .. }) => {
+                return Some(ContactSphereChoice::Single);
+            }
             Some(("single", None)) => {
                 ("a single contact sphere is for spheres", "`axis(9)` or `shell(75)` follow the shape".into())
             }
@@ -112,14 +115,14 @@ impl ContactSphereKeys {
                 let Some(file) = self.sphere_file else {
                     let help = "add `sphere_file = \"spheres.txt\"`, lines `x y z r`";
                     cx.missing(Some(span), "sphere_file", help);
-                    return default;
+                    return None;
                 };
-                return ContactSphereChoice::File { file, unit: self.sphere_file_unit.unwrap_or(1.0) };
+                return Some(ContactSphereChoice::File { file, unit: self.sphere_file_unit.unwrap_or(1.0) });
             }
             Some(_) => ("no such builder of contact spheres", "for example `shell(75)`, as in the paper".into()),
         };
         cx.report.error(span, refused.0).label(EXPECTED).help(refused.1);
-        default
+        None
     }
 
     pub(super) fn of(choice: &ContactSphereChoice) -> Self {

@@ -5,7 +5,7 @@ use sazanami_mics::flow::DropVelocity;
 use sazanami_numerics::{Real, Vector};
 
 use super::grains::numbered;
-use super::{FluidName, Region, read_by};
+use super::{BoundarySide, FluidName, Region, read_by};
 use crate::presets::Solver;
 use crate::read::{Context, Table};
 
@@ -161,6 +161,9 @@ impl LiquidKeys {
     /// A liquid that misses the box is a mistake; one that reaches over its edge is cut, and said so.
     fn check_place(&self, table: &Table<'_>, cx: &mut Context<'_>) {
         let (domain, axis) = (cx.known.domain, cx.known.bed.axis);
+        // Through periodic sides it goes on, but for liquids from files.
+        let is_sampled = self.region.is_sampled();
+        let goes_on = cx.known.boundary.map(|[side, _]| side == BoundarySide::Periodic && !is_sampled);
         let (shift, heights_known) = match self.placement() {
             Placement::Absolute(position) => (position, true),
             Placement::AboveBed { offset, .. } => {
@@ -174,7 +177,7 @@ impl LiquidKeys {
         let misses = lower.cmpge(domain.upper).any() || upper.cmplt(domain.lower).any();
         // A middle on a side is meant: half of the shape beside a plane of symmetry.
         let middle = 0.5 * (lower + upper);
-        let reaches_over = (0..3).any(|d| {
+        let reaches_over = (0..3).filter(|&d| !goes_on[d]).any(|d| {
             let is_apart = |side: Vector| (middle[d] - side[d]).abs() > 1e-9 * domain.extent()[d];
             lower[d] < domain.lower[d] && is_apart(domain.lower) || upper[d] > domain.upper[d] && is_apart(domain.upper)
         });
@@ -184,7 +187,7 @@ impl LiquidKeys {
                 .label(domain.reaches())
                 .help("positions are those of the shape's origin");
         } else if reaches_over
-            && matches!(self.region, Region::Sphere { .. } | Region::Spheroid { .. } | Region::File(_))
+            && (self.region.is_sampled() || matches!(self.region, Region::Sphere { .. } | Region::Spheroid { .. }))
         {
             cx.report
                 .warning(Some(table.place("region")), format!("`{}` reaches over the edge of the box", self.name))

@@ -164,9 +164,15 @@ impl BedFile {
             ),
             None => "make it with a case that packs grains and names it under `output.bed`".into(),
         };
+        let (file, exists) = (self.file.display(), self.file.exists());
+        let title = if exists {
+            format!("the bed `{file}` is no regular file")
+        } else {
+            format!("there is no bed file `{file}`")
+        };
         cx.report
-            .error(table.place("file"), format!("there is no bed file `{}`", self.file.display()))
-            .label("file not found")
+            .error(table.place("file"), title)
+            .label(if exists { "a folder or a device" } else { "file not found" })
             .help(help);
     }
 }

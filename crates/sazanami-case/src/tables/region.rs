@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use sazanami_case_derive::Keys;
 use sazanami_numerics::{Quaternion, Real, Vector, choices, geometry};
 
-use super::LiquidFile;
+use super::{BoxDomain, LiquidFile};
 use crate::read::{At, Context};
 
 choices! {
@@ -160,6 +160,48 @@ impl Region {
         }
     }
 
+    /// The same in a box that repeats: with its images beyond the periodic sides through which it reaches. What comes from files has none.
+    #[must_use]
+    pub fn repeated(&self, domain: &BoxDomain, periodic: [bool; 3]) -> Self {
+        match self {
+            Self::Union(parts) => {
+                return Self::Union(parts.iter().map(|part| part.repeated(domain, periodic)).collect());
+            }
+            Self::File(_) => return self.clone(),
+            _ => {}
+        }
+        let ((low, high), extent) = (self.geometry().bounds(), domain.extent());
+        let shifts = |d: usize| {
+            let tiny = 1e-9 * extent[d];
+            let (before, behind) = (low[d] < domain.lower[d] - tiny, high[d] > domain.upper[d] + tiny);
+            // A box from side to side fills it.
+            let is_filled = matches!(self, Self::Box { .. })
+                && low[d] <= domain.lower[d] + tiny
+                && high[d] >= domain.upper[d] - tiny;
+            let repeats = periodic[d] && (high[d] - low[d]).is_finite() && !is_filled;
+            [Some(0.0), (repeats && before).then_some(extent[d]), (repeats && behind).then_some(-extent[d])]
+                .into_iter()
+                .flatten()
+        };
+        let mut images = Vec::new();
+        for x in shifts(0) {
+            for y in shifts(1) {
+                images.extend(shifts(2).map(|z| self.moved(Vector::new(x, y, z))));
+            }
+        }
+        if images.len() == 1 { self.clone() } else { Self::Union(images) }
+    }
+
+    /// Whether it comes from a file, in whole or in part.
+    #[must_use]
+    pub fn is_sampled(&self) -> bool {
+        match self {
+            Self::File(_) => true,
+            Self::Union(parts) => parts.iter().any(Self::is_sampled),
+            _ => false,
+        }
+    }
+
     /// Lowest and highest height of the region \[m]; infinite for half-spaces that are not horizontal.
     #[must_use]
     pub fn heights(&self) -> [Real; 2] {
@@ -308,5 +350,41 @@ impl Region {
             Self::File(file) => file.placed().map_or(geometry::Region::Union(Vec::new()), geometry::Region::Sampled),
             Self::Union(members) => geometry::Region::Union(members.iter().map(Self::geometry).collect()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regions_have_images_beyond_the_periodic_sides_that_they_reach_through() {
+        let domain = BoxDomain { lower: Vector::ZERO, upper: Vector::splat(10.0), cells: [1; 3] };
+        let sphere = |at: Vector| Region::Sphere { centre: at, diameter: 4.0 };
+        let images = |region: &Region, periodic: [bool; 3]| match region.repeated(&domain, periodic) {
+            Region::Union(parts) => parts.len(),
+            _ => 1,
+        };
+        let corner = sphere(Vector::ZERO);
+        assert_eq!(
+            (images(&corner, [true; 3]), images(&corner, [true, true, false]), images(&corner, [false; 3])),
+            (8, 4, 1)
+        );
+        let (all, opposite) = (corner.repeated(&domain, [true; 3]), Vector::splat(9.5));
+        assert!(all.contains(opposite) && !corner.contains(opposite));
+        // Inside, up to a side, and longer than the box.
+        for region in [
+            sphere(Vector::splat(5.0)),
+            sphere(Vector::splat(2.0)),
+            Region::Box { lower: Vector::new(-20.0, 0.0, 0.0), upper: Vector::new(20.0, 10.0, 5.0) },
+        ] {
+            assert_eq!(images(&region, [true; 3]), 1, "{region:?}");
+        }
+        // As long as the box but elsewhere; each part of a union by itself; a jet along x1 through x2.
+        let shifted = Region::Box { lower: Vector::new(-5.0, 0.0, 0.0), upper: Vector::new(5.0, 10.0, 5.0) };
+        assert!(shifted.repeated(&domain, [true; 3]).contains(Vector::new(8.0, 2.0, 2.0)));
+        let two = Region::Union(vec![sphere(Vector::new(0.0, 5.0, 5.0)), sphere(Vector::new(9.0, 5.0, 5.0))]);
+        let two = two.repeated(&domain, [true; 3]);
+        assert!(two.contains(Vector::new(9.5, 5.0, 5.0)) && two.contains(Vector::new(0.5, 5.0, 5.0)));
     }
 }

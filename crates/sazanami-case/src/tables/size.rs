@@ -16,6 +16,60 @@ pub struct Share {
     pub weight: Real,
 }
 
+/// A sieve and the share of the mass that passes it.
+#[derive(Clone, Copy, Debug, PartialEq, Keys)]
+pub struct Sieve {
+    /// Width of its openings: factor on lengths.
+    #[key(range = Positive)]
+    pub factor: Real,
+    /// Share of the mass that passes it.
+    #[key(range = Between(0.0, 1.0), example = "0.5 -- the share of the mass that passes")]
+    pub passing: Real,
+}
+
+/// The grains between two sieves, whose mass is spread evenly over the factors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fraction {
+    lower: Real,
+    upper: Real,
+    /// Share of the mass.
+    mass: Real,
+}
+
+impl Fraction {
+    /// The fractions of a sieve curve.
+    pub fn of(sieves: &[Sieve]) -> impl Iterator<Item = Self> + '_ {
+        let between = |pair: &[Sieve]| {
+            let mass = pair[1].passing - pair[0].passing;
+            (mass > 0.0).then_some(Self { lower: pair[0].factor, upper: pair[1].factor, mass })
+        };
+        sieves.windows(2).filter_map(between)
+    }
+
+    /// Sum of a power of the factors over its grains, which are as many as their mass over the cube of the factor says: up to a constant.
+    fn sum(&self, power: i32) -> Real {
+        let (lower, upper) = (self.lower, self.upper);
+        let over_factors = match power - 2 {
+            0 => (upper / lower).ln(),
+            power => (upper.powi(power) - lower.powi(power)) / Real::from(power),
+        };
+        self.mass / (upper - lower) * over_factors
+    }
+
+    /// Number of its grains, up to a constant.
+    #[must_use]
+    pub fn number(&self) -> Real {
+        self.sum(0)
+    }
+
+    /// Factor that a share `part` of its grains, by number, does not exceed.
+    #[must_use]
+    pub fn factor(&self, part: Real) -> Real {
+        let [lower, upper] = [self.lower, self.upper].map(|end| end.powi(-2));
+        (lower - part * (lower - upper)).powf(-0.5)
+    }
+}
+
 /// Distribution of the size factors of a population: a factor on all lengths of a grain.
 #[derive(Clone, Debug, PartialEq, Keys)]
 pub enum SizeDistribution {
@@ -24,6 +78,8 @@ pub enum SizeDistribution {
     Equal,
     /// Some factors with their shares by number.
     List(Vec<Share>),
+    /// A sieve curve: the share of the mass that passes each sieve, from 0 at the first to 1 at the last, straight between them.
+    Sieves(Vec<Sieve>),
     /// Equally likely between two factors.
     Uniform {
         /// Smallest factor.
@@ -64,6 +120,17 @@ impl SizeDistribution {
                     list.iter_mut().for_each(|share| share.weight /= total);
                 }
             }
+            Self::Sieves(sieves) => {
+                let rises = |pair: &[Sieve]| pair[0].factor < pair[1].factor && pair[0].passing <= pair[1].passing;
+                let ends = [sieves.first(), sieves.last()].map(|end| end.map(|sieve| sieve.passing));
+                if ends != [Some(0.0), Some(1.0)] || !sieves.windows(2).all(rises) {
+                    cx.report
+                        .error(at.span.clone(), "this is no sieve curve")
+                        .label("sieves in the order of their size, the first passed by nothing (0) and the last by all (1)")
+                        .help("for example [{ factor = 0.5, passing = 0 }, { factor = 1, passing = 0.6 }, { factor = 2, passing = 1 }]");
+                    *self = Self::Equal;
+                }
+            }
             Self::Uniform { lower, upper } | Self::Lognormal { lower, upper, .. } if *lower > *upper => {
                 cx.report.error(at.span.clone(), "`lower` lies above `upper`").label("exchange the two");
             }
@@ -77,7 +144,7 @@ impl SizeDistribution {
         let has_width = |lower: Real, upper: Real| upper > lower;
         match self {
             Self::Equal => false,
-            Self::List(_) | Self::Uniform { .. } => has_width(self.smallest(), self.largest()),
+            Self::List(_) | Self::Sieves(_) | Self::Uniform { .. } => has_width(self.smallest(), self.largest()),
             Self::Lognormal { sigma, lower, upper, .. } => *sigma > 0.0 && has_width(*lower, *upper),
         }
     }
@@ -88,6 +155,7 @@ impl SizeDistribution {
         match self {
             Self::Equal => 1.0,
             Self::List(list) => list.iter().map(|share| share.factor).fold(0.0, Real::max),
+            Self::Sieves(sieves) => Fraction::of(sieves).last().map_or(1.0, |fraction| fraction.upper),
             Self::Uniform { upper, .. } | Self::Lognormal { upper, .. } => *upper,
         }
     }
@@ -98,6 +166,7 @@ impl SizeDistribution {
         match self {
             Self::Equal => 1.0,
             Self::List(list) => list.iter().map(|share| share.factor).fold(Real::INFINITY, Real::min),
+            Self::Sieves(sieves) => Fraction::of(sieves).next().map_or(1.0, |fraction| fraction.lower),
             Self::Uniform { lower, .. } | Self::Lognormal { lower, .. } => *lower,
         }
     }
@@ -121,6 +190,10 @@ impl SizeDistribution {
             Self::List(list) => {
                 let shares: Real = list.iter().map(|share| share.weight).sum();
                 list.iter().map(|share| share.weight * share.factor.powi(power)).sum::<Real>() / shares
+            }
+            Self::Sieves(sieves) => {
+                let sum = |power: i32| Fraction::of(sieves).map(|fraction| fraction.sum(power)).sum::<Real>();
+                sum(power) / sum(0)
             }
             Self::Uniform { lower, upper } if upper > lower => {
                 let over = f64::from(power + 1);
@@ -166,5 +239,31 @@ mod tests {
         let found = cut(3.0_f64.exp()).mean_cube() / whole.mean_cube();
         assert!((found - 0.5 / 0.9973).abs() < 1e-4, "{found}");
         assert!((cut(1.01).mean() / 2.0 - 1.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn grains_of_a_sieve_curve_have_its_mass_between_any_two_sizes() {
+        let sieves =
+            [(0.5, 0.0), (1.0, 0.25), (1.5, 0.25), (2.0, 1.0)].map(|(factor, passing)| Sieve { factor, passing });
+        // Quantiles of the numbers, weighted by volume, against the curve.
+        let (mut below_one, mut below, mut all) = (0.0, 0.0, 0.0);
+        let total: Real = Fraction::of(&sieves).map(|fraction| fraction.number()).sum();
+        let parts = 20_000;
+        for fraction in Fraction::of(&sieves) {
+            for n in 0..parts {
+                let factor = fraction.factor((Real::from(n) + 0.5) / Real::from(parts));
+                let mass = factor.powi(3) * fraction.number() / total / Real::from(parts);
+                all += mass;
+                below_one += if factor < 1.0 { mass } else { 0.0 };
+                below += if factor < 1.75 { mass } else { 0.0 };
+            }
+        }
+        assert!(
+            (below_one / all - 0.25).abs() < 1e-4 && (below / all - 0.625).abs() < 1e-4,
+            "{below_one} {below} {all}"
+        );
+        let curve = SizeDistribution::Sieves(sieves.to_vec());
+        assert!((curve.mean_cube() / all - 1.0).abs() < 1e-6);
+        assert!((curve.smallest(), curve.largest()) == (0.5, 2.0) && curve.draws() && curve.mean() < 1.0);
     }
 }

@@ -64,6 +64,10 @@ pub fn lift_force(lift: Lift, fluid: &DragParameters, d: Real, slip: Vector, vor
 /// and with velocities.
 type Sums = [Real; 22];
 
+/// Least sum of the squares of the ways from the middle of the particles to them, over that of the ways from the grain: of two, at a sixteenth of their
+/// way to the grain from one another. Of a single one rounding is left.
+const SPREAD: Real = 1e-3;
+
 /// Vorticity [1/s] by least squares with a linear velocity, exact for one on any arrangement. `None` if the particles do not
 /// span the space.
 fn vorticity(sums: &Sums) -> Option<Vector> {
@@ -76,6 +80,9 @@ fn vorticity(sums: &Sums) -> Option<Vector> {
     let about = |product: Real, a: Real, b: Real| product - a * b / support;
     let moments =
         [about(xx, x, x), about(yy, y, y), about(zz, z, z), about(xy, x, y), about(xz, x, z), about(yz, y, z)];
+    if moments[0] + moments[1] + moments[2] < SPREAD * (xx + yy + zz) {
+        return None;
+    }
     let of = |d: usize, a: Real| {
         let row = Vector::from_slice(&products[3 * d..]);
         row - Vector::new(u, v, w) * (a / support)
@@ -190,6 +197,17 @@ mod tests {
         // Negative control: a pure strain has none.
         let strained = vorticity(&sums(|r| Vector::new(r.z, 0.0, r.x))).expect("they span the space");
         assert!(strained.length() < 1e-12, "{strained}");
+        // One particle by itself, and two: what is left about their middle is rounding.
+        for places in [&[[0.3, 0.1, 0.2]][..], &[[0.3, 0.1, 0.2], [0.31, 0.1, 0.2]]] {
+            let mut few = [0.0; 22];
+            for r in places.iter().copied().map(Vector::from_array) {
+                let ([x, y, z], u) = (r.to_array(), turning.cross(r));
+                let mut terms = vec![1.0, x, y, z, u.x, u.y, u.z, x * x, y * y, z * z, x * y, x * z, y * z];
+                terms.extend([x, y, z].iter().flat_map(|&x| (x * u).to_array()));
+                few.iter_mut().zip(terms).for_each(|(sum, term)| *sum += 0.37 * term);
+            }
+            assert!(vorticity(&few).is_none());
+        }
         // In a plane and with none at all it is not known.
         let mut plane = sums(|r| turning.cross(r));
         [3, 9, 11, 12].iter().for_each(|&n| plane[n] = 0.0);

@@ -25,6 +25,8 @@ pub struct Crater {
     pub rim_height: Real,
     /// `H = a - b` \[m]; negative if the middle stands higher.
     pub depth: Real,
+    /// Depth of the lowest layer within the rim below it \[m]: `H`, or more where grains lie heaped in the middle.
+    pub greatest_depth: Real,
     /// Erosion volume by eq. (14) [m^3]: below the plane of the rim, so it counts the rim's height.
     pub volume: Real,
     /// Volume below the plane of the rim [m^3], without the assumption of a cap.
@@ -62,6 +64,9 @@ impl Crater {
             rim_radius,
             rim_height,
             depth: rim_height - base,
+            greatest_depth: heights[..rim_layer]
+                .iter()
+                .fold(rim_height - base, |most, height| most.max(rim_height - height)),
             volume: cap_volume(rim_height - base, rim_radius),
             volume_direct,
             rim_at_edge: profile.heights[rim_layer + 1..].iter().all(Option::is_none),
@@ -104,7 +109,7 @@ mod tests {
     fn the_worked_example_is_met() {
         let crater = Crater::of(&example()).unwrap();
         assert_eq!((crater.rim_layer, crater.rim_radius, crater.rim_height, crater.base), (5, 5.5, 8.55, 6.2));
-        assert!((crater.depth - 2.35).abs() < 1e-12);
+        assert!((crater.depth - 2.35).abs() < 1e-12 && crater.greatest_depth == crater.depth);
         assert!((crater.volume - 118.459).abs() < 5e-4, "{}", crater.volume);
         assert!((crater.volume_direct - 72.885).abs() < 5e-4, "{}", crater.volume_direct);
         assert!(!crater.rim_at_edge);

@@ -59,6 +59,9 @@ pub const NOT_AT_REST: &str = "the crater has not come to rest";
 /// What speaks against the volume of a hollow that is the roughness of the bed ([`is_crater`]).
 pub const NO_CRATER: &str = "no crater: no hollow deeper than a grain and clear of the roughness of the bed";
 
+/// Doubt about the cap of a crater whose lowest ring is not the middle.
+pub const HEAPED: &str = "grains lie heaped on the axis: depth and cap are not those of the crater";
+
 /// What is known of a crater beside its surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Known {
@@ -79,12 +82,12 @@ pub struct Hollow {
     pub excavated: Real,
 }
 
-/// Whether a hollow of a `depth` and a rim radius \[m] is a crater in a bed of grains of a size \[m]: deeper than a grain, and either of three times the
+/// Whether a hollow of a greatest depth and a rim radius \[m] is a crater in a bed of grains of a size \[m]: deeper than a grain, and either of three times the
 /// volume that the bed before the impact had, or dug out by more than a cap one grain deep within its rim. Less is the roughness of the bed.
 #[must_use]
-pub fn is_crater(depth: Real, rim_radius: Real, grain_size: Real, hollow: Hollow) -> bool {
+pub fn is_crater(greatest_depth: Real, rim_radius: Real, grain_size: Real, hollow: Hollow) -> bool {
     let Hollow { volume, noise, excavated } = hollow;
-    depth > grain_size && (volume > CLEAR_OF_NOISE * noise || excavated > cap_volume(grain_size, rim_radius))
+    greatest_depth > grain_size && (volume > CLEAR_OF_NOISE * noise || excavated > cap_volume(grain_size, rim_radius))
 }
 
 /// Smoothing of the bed surface and grains that belong to it.
@@ -355,7 +358,7 @@ impl Erosion {
     pub fn has_crater(&self) -> bool {
         let (noise, excavated) = (self.noise.unwrap_or_default(), self.volume_excavated.unwrap_or_default());
         let hollow = Hollow { volume: self.crater.volume, noise, excavated };
-        is_crater(self.crater.depth, self.crater.rim_radius, self.grain_size, hollow)
+        is_crater(self.crater.greatest_depth, self.crater.rim_radius, self.grain_size, hollow)
     }
 
     /// Half the width of [`Self::volume_range`] [m^3].
@@ -380,7 +383,11 @@ impl Erosion {
     /// What speaks against V of eq. (14), in words.
     #[must_use]
     pub fn doubts_of_cap(&self, known: Known) -> Vec<String> {
-        self.doubts(known, self.crater.volume, self.volume_uncertainty(), self.noise)
+        let mut doubts = self.doubts(known, self.crater.volume, self.volume_uncertainty(), self.noise);
+        if self.crater.greatest_depth - self.crater.depth > self.grain_size {
+            doubts.push(HEAPED.to_owned());
+        }
+        doubts
     }
 
     fn doubts(&self, known: Known, volume: Real, uncertainty: Real, noise: Option<Real>) -> Vec<String> {
@@ -547,12 +554,27 @@ mod tests {
         assert!(after.noise.unwrap() < 0.5 * after.crater.volume);
         assert!(after.volume_rim.unwrap() > 0.0);
         assert!(after.has_crater());
-        let shallow = Erosion { grain_size: after.crater.depth, ..after.clone() };
+        let shallow = Erosion { grain_size: after.crater.greatest_depth, ..after.clone() };
         assert!(!shallow.has_crater() && shallow.doubts_below_rim(Known::default()).contains(&NO_CRATER.to_owned()));
         // Against itself nothing was moved.
         let same = rough(3, |_| LEVEL).view(|view| Erosion::of(view, &settings(), Some(&initial))).unwrap();
         assert_eq!((same.volume_excavated, same.volume_rim), (Some(0.0), Some(0.0)));
         assert!(!same.has_crater() && !Erosion { grain_size: 0.0, ..same }.has_crater());
+    }
+
+    #[test]
+    fn a_heap_in_the_middle_does_not_hide_a_crater() {
+        let initial = evaluate(&rough(3, |_| LEVEL)).as_initial();
+        let (rim_radius, depth, rim) = (6.5e-3, 2.0e-3, 0.5e-3);
+        let hollow = cap(rim_radius, depth, rim, 0.4);
+        let heaped = |r: Real| if r < 2.0e-3 { LEVEL + rim } else { hollow(r) };
+        let found = rough(3, heaped).view(|view| Erosion::of(view, &settings(), Some(&initial))).unwrap();
+        assert!(found.crater.depth < D && found.crater.greatest_depth > D, "{:?}", found.crater);
+        assert!(found.has_crater());
+        let doubted = |erosion: &Erosion| erosion.doubts_of_cap(Known::default()).contains(&HEAPED.to_owned());
+        let plain =
+            rough(3, cap(rim_radius, depth, rim, 0.4)).view(|view| Erosion::of(view, &settings(), Some(&initial)));
+        assert!(doubted(&found) && !doubted(&plain.unwrap()));
     }
 
     #[test]

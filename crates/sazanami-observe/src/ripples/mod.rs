@@ -51,6 +51,8 @@ pub struct Tank {
     pub y: [Real; 2],
     /// Height of the floor \[m].
     pub floor: Real,
+    /// Height of a lid that closes it \[m].
+    pub lid: Option<Real>,
     /// Kind of the ends in x1.
     pub ends: Sides,
     /// Kind of the sides in x2.
@@ -250,6 +252,6 @@ pub(crate) mod made_up {
 
     /// A tank of 60 x 8 mm about the origin of x1.
     pub fn tank(sides: Sides) -> Tank {
-        Tank { x: [-0.03, 0.03], y: [0.0, 0.008], floor: 0.0, ends: Sides::Walls, sides }
+        Tank { x: [-0.03, 0.03], y: [0.0, 0.008], floor: 0.0, lid: None, ends: Sides::Walls, sides }
     }
 }

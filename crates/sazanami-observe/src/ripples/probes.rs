@@ -36,11 +36,11 @@ impl<W: Fn(Real) -> Real> Interpolation<'_, W> {
         self.among(place, [[None; 2]; 3])
     }
 
-    /// The same with their images behind walls and floor: for what does not change across these.
+    /// The same with their images behind walls, floor and lid: for what does not change across these.
     pub fn near_with_images(&self, place: Vector) -> Option<Near> {
-        let Tank { x, y, floor, ends, sides } = *self.tank;
+        let Tank { x, y, floor, lid, ends, sides } = *self.tank;
         let walls = |kind: Sides, at: [Real; 2]| at.map(|at| (kind == Sides::Walls).then_some(at));
-        self.among(place, [walls(ends, x), walls(sides, y), [Some(floor), None]])
+        self.among(place, [walls(ends, x), walls(sides, y), [Some(floor), lid]])
     }
 
     /// The particles near a place and their images in `mirrors` normal to each direction.
@@ -206,6 +206,20 @@ mod tests {
             [probe.near(Vector::new(0.03, 0.004, 0.0)), probe.near_with_images(Vector::new(0.03, 0.004, 0.0))]
                 .map(|near| near.expect("in the water").mean(|n| across[n]));
         assert!((plain - 9e-4).abs() < 2e-6 && (mirrored - 9e-4).abs() > 1e-5, "{plain} {mirrored}");
+        // At a lid as in a tank upside down.
+        let lidded = Tank { lid: Some(0.010), ..made_up::tank(Sides::Walls) };
+        let upside_down: Vec<Real> = water.position.iter().map(|place| (0.010 - place.z).powi(2)).collect();
+        let square: Vec<Real> = water.position.iter().map(|place| place.z.powi(2)).collect();
+        let read = |tank: &Tank, z: Real, values: &[Real]| {
+            let near = Interpolation { tank, ..probe }.near_with_images(Vector::new(0.0, 0.004, z));
+            near.expect("in the water").mean(|n| values[n])
+        };
+        let (top, bottom) = (read(&lidded, 0.010, &upside_down), read(&lidded, 0.0, &square));
+        assert!(
+            (top - bottom).abs() < 1e-12
+                && (read(&made_up::tank(Sides::Walls), 0.010, &upside_down) - top).abs() > 1e-8,
+            "{top} {bottom}"
+        );
         // Negative control: beside the water there is but their mean, that of a place within.
         let beside = probe.at(Vector::new(0.0, 0.004, 0.0112), &pressure).expect("some are near");
         assert!(beside > 1.0, "{beside}");
@@ -226,6 +240,19 @@ mod tests {
         let across = probe(&made_up::tank(Sides::Periodic), &water).at(place, &values);
         assert!((across.expect("near") - Vector::X * 2.0).length() < 1e-12);
         assert_eq!(probe(&made_up::tank(Sides::Walls), &water).at(place, &values), None);
+        // The ends likewise.
+        let at_the_end = Lattice {
+            position: vec![Vector::new(0.0298, 0.004, 0.001); 4],
+            diameter: vec![],
+            contacts: vec![],
+            volume: vec![1e-9; 4],
+            splash: vec![],
+        };
+        let begin = Vector::new(-0.0298, 0.004, 0.001);
+        let repeats = Tank { ends: Sides::Periodic, ..made_up::tank(Sides::Walls) };
+        let across_ends = probe(&repeats, &at_the_end).at(begin, &values);
+        assert!((across_ends.expect("near") - Vector::X * 2.0).length() < 1e-12);
+        assert_eq!(probe(&made_up::tank(Sides::Walls), &at_the_end).at(begin, &values), None);
         let tank = made_up::tank(Sides::Periodic);
         assert_eq!(Interpolation { least: 5, ..probe(&tank, &water) }.at(place, &values), None);
         // The same particles serve for several quantities.

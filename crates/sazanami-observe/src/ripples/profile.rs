@@ -194,6 +194,21 @@ mod tests {
     }
 
     #[test]
+    fn a_gauge_beyond_the_last_place_of_a_profile_that_repeats_reads_on_to_the_first() {
+        let profile = SurfaceProfile::complete(0.25, 0.5, [1.0, 2.0, 4.0, 3.0]);
+        for (x, height) in
+            [(0.25, 1.0), (0.5, 1.5), (1.75, 3.0), (2.0, 2.0), (0.0, 2.0), (2.15, 1.4), (2.5, 1.5), (-0.25, 3.0)]
+        {
+            let found = profile.at_repeating(x).expect("a height");
+            assert!((found - height).abs() < 1e-12, "{x}: {found}");
+        }
+        // Negative controls: one that does not repeat ends there, and a gap at the seam has no height.
+        assert!((profile.at(1.95), profile.at(2.15)) == (Some(3.0), None));
+        let gap = SurfaceProfile { heights: vec![Some(1.0), Some(2.0), Some(4.0), None], ..profile };
+        assert_eq!((gap.at_repeating(2.0), gap.at_repeating(0.5)), (None, Some(1.5)));
+    }
+
+    #[test]
     fn only_short_gaps_are_closed() {
         let profile = with_gap();
         assert_eq!(profile.with_gaps_closed(1.0).whole(), Ok(vec![2.0, 3.0, 4.0, 5.0, 6.0]));

@@ -25,7 +25,7 @@ impl Lot {
 }
 
 fn tank(width: Real) -> Tank {
-    Tank { x: [-0.075, 0.075], y: [0.0, width], floor: 0.0, ends: Sides::Walls, sides: Sides::Periodic }
+    Tank { x: [-0.075, 0.075], y: [0.0, width], floor: 0.0, lid: None, ends: Sides::Walls, sides: Sides::Periodic }
 }
 
 /// Grains below a surface; a place of the lattice that the surface cuts is taken with the chance of its part below.

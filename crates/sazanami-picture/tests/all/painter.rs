@@ -84,7 +84,10 @@ fn a_tank_shows_the_grains_of_its_slab_alone() {
     alone.position.truncate(1);
     alone.diameter.truncate(1);
     for panel in &mut alone.panels {
-        let (Colouring::Speed(values, _) | Colouring::Height(values, _) | Colouring::Signed(values, ..)) = panel;
+        let (Colouring::Speed(values, _)
+        | Colouring::WaterSpeed(values, _)
+        | Colouring::Height(values, _)
+        | Colouring::Signed(values, ..)) = panel;
         values.truncate(1);
     }
     assert!(drawn(&beside) == drawn(&alone) && drawn(&both) == drawn(&both));

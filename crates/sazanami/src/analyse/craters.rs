@@ -165,3 +165,17 @@ fn conclusions(series: &Series) -> Vec<String> {
     }
     lines
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_are_compared_at_the_end_that_most_of_them_have() {
+        let common = |ends: &[Real]| common_end(ends.iter().copied());
+        assert_eq!(common(&[0.02, 0.045, 0.0451, 0.045, 0.02]), 0.0451);
+        // Of equally many the latest.
+        assert_eq!((common(&[0.02, 0.045]), common(&[0.045, 0.02, 0.02, 0.0449])), (0.045, 0.045));
+        assert_eq!(common(&[]), 0.0);
+    }
+}

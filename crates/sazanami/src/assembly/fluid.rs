@@ -128,7 +128,7 @@ const LINES: u32 = 12;
 pub fn pour(case: &Case, domain: &Domain, boundary: &Boundary, flow: &mut Flow, bed_height: Real) {
     for liquid in &case.liquids {
         let origin = origin_of(liquid, case.bed.axis, bed_height);
-        let region = liquid.region.moved(origin).geometry();
+        let region = case.region_of(liquid, origin).geometry();
         let fractions = match surface_tension_coefficient(case) {
             Some(_) => RegionFractions::along_normals(&region, domain.grid(), LINES),
             None => RegionFractions::new(&region, domain.grid(), COLUMNS),

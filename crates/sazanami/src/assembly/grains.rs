@@ -11,8 +11,8 @@ use sazanami_numerics::{Quaternion, Real, Vector};
 
 use crate::bed_file::Bed;
 use crate::case::meaning::{
-    BoundarySide, Case, FilmRoughness, Gate, GrainPlacement, Packing, PackingStop, Population, SizeDistribution,
-    Solver, WALL, WallContact,
+    BoundarySide, Case, FilmRoughness, Fraction, Gate, GrainPlacement, Packing, PackingStop, Population, Sieve,
+    SizeDistribution, Solver, WALL, WallContact,
 };
 
 /// Solid fraction of a bed of grains that were packed, about.
@@ -138,6 +138,15 @@ fn motion(case: &Case, population: &Population, motion: Motion) -> Motion {
 pub(crate) fn factors(population: &Population, count: usize) -> Vec<Real> {
     let mut random = Random::new(population.seed ^ 0x5eed_0f51_2e50_0000);
     let sizes = population.sizes();
+    if let SizeDistribution::Sieves(sieves) = &*sizes {
+        // One from each part of the curve, in any order: the rare large grains are as many as it says.
+        let part = |n: usize, random: &mut Random| (n as Real + random.unit()) / count as Real;
+        let mut factors: Vec<Real> = (0..count).map(|n| sieved(sieves, part(n, &mut random))).collect();
+        for n in (1..count).rev() {
+            factors.swap(n, ((n + 1) as Real * random.unit()) as usize);
+        }
+        return factors;
+    }
     let mut draw = || match &*sizes {
         SizeDistribution::Equal => 1.0,
         SizeDistribution::List(list) => {
@@ -149,6 +158,7 @@ pub(crate) fn factors(population: &Population, count: usize) -> Vec<Real> {
             });
             chosen.or(list.last()).map_or(1.0, |share| share.factor)
         }
+        SizeDistribution::Sieves(sieves) => sieved(sieves, random.unit()),
         SizeDistribution::Uniform { lower, upper } => random.between(*lower, *upper),
         SizeDistribution::Lognormal { median, sigma, lower, upper } => loop {
             // Box and Muller (1958).
@@ -160,6 +170,19 @@ pub(crate) fn factors(population: &Population, count: usize) -> Vec<Real> {
         },
     };
     (0..count).map(|_| draw()).collect()
+}
+
+/// Factor that a share `part` of the grains of a sieve curve, by number, does not exceed.
+fn sieved(sieves: &[Sieve], part: Real) -> Real {
+    let total: Real = Fraction::of(sieves).map(|fraction| fraction.number()).sum();
+    let mut left = part * total;
+    for fraction in Fraction::of(sieves) {
+        if left < fraction.number() {
+            return fraction.factor(left / fraction.number());
+        }
+        left -= fraction.number();
+    }
+    Fraction::of(sieves).last().map_or(1.0, |fraction| fraction.factor(1.0))
 }
 
 /// Grains that have a place from the start: listed, on a lattice, or from a bed file.

@@ -16,7 +16,7 @@ use sazanami_parallel::{Communicator, Reduction, for_each_chunk};
 
 use super::{fluid, grains};
 use crate::case::meaning::{
-    BoundarySide, BoxDomain, Case, FluidName, GrainShape, InitialVelocity, LiquidRegion, Population,
+    BoundarySide, BoxDomain, Case, FluidName, Gate, GrainShape, InitialVelocity, LiquidRegion, Population,
 };
 
 /// Cells of the division into ranks, over the radius of influence.
@@ -164,9 +164,10 @@ pub(crate) fn fill(case: &Case, domain: &Domain, grains: &GrainPhase, bed_height
     if low.cmpge(high).any() {
         return Poured { particles: Vec::new(), asked: 0.0 };
     }
-    let cells = pouring::cells(low, high, spacing);
-    let fractions = liquids.fractions(&cells);
-    if !uneven {
+    // Layers in a bed have a lattice of their own, which a gate would cut.
+    if !uneven && (grains.is_empty() || case.gates.is_empty()) {
+        let cells = pouring::cells(low, high, spacing);
+        let fractions = liquids.fractions(&cells);
         let places = filling::layers(lower, upper, top, spacing, |z| at_height(z)[0]);
         let mut last = [Real::NAN, 1.0];
         let mut void_at = |z: Real| {
@@ -189,24 +190,32 @@ pub(crate) fn fill(case: &Case, domain: &Domain, grains: &GrainPhase, bed_height
             return Poured { particles, asked };
         }
     }
-    let shares = shares(domain, grains, &cells, |[i, j, k]| {
-        let covered = |share, (fraction, liquid): &(RegionFractions<'_>, &Liquid)| {
-            let part = fraction.fraction(i, j, k);
-            share * (1.0 - part) + if liquid.fluid == FluidName::Liquid { part } else { 0.0 }
+    let all = sections(low, high, spacing, case)
+        .into_iter()
+        .map(|[low, high]| liquids.poured(domain, grains, &pouring::cells(low, high, spacing), spacing));
+    all.fold(Poured { particles: Vec::new(), asked: 0.0 }, |mut all, section| {
+        all.particles.extend(section.particles);
+        Poured { asked: all.asked + section.asked, ..all }
+    })
+}
+
+/// Corners of the parts into which gates cut the box from `low` to `high` \[m]: no particle is poured into a plate.
+fn sections(low: Vector, high: Vector, spacing: Real, case: &Case) -> Vec<[Vector; 2]> {
+    let mut sections = vec![[low, high]];
+    for plate in case.gates.iter().map(Gate::plate) {
+        let (d, place) = (plate.direction, plate.place);
+        let cut = |[low, high]: [Vector; 2]| {
+            // Thinner parts hold no layer.
+            if place - low[d] < 0.5 * spacing || high[d] - place < 0.5 * spacing {
+                return vec![[low, high]];
+            }
+            let (mut first, mut second) = (high, low);
+            (first[d], second[d]) = (place, place);
+            vec![[low, first], [second, high]]
         };
-        fractions.iter().fold(0.0, covered)
-    });
-    let particle = |position: Vector| {
-        // The middle of a particle that is cut by a surface may lie beyond it.
-        let [i, j, k] = cells.cell_of(position);
-        let is_here = |(fraction, liquid): &&(RegionFractions<'_>, &Liquid)| {
-            liquid.fluid == FluidName::Liquid && fraction.fraction(i, j, k) > 0.0
-        };
-        let near = || fractions.iter().rev().find(is_here).map(|(_, liquid)| liquids.particle(liquid, position));
-        liquids.particle_at(position).map(|(_, particle)| particle).or_else(near)
-    };
-    let particles = pouring::pour(&cells, &shares, spacing).into_iter().filter_map(particle).collect();
-    Poured { particles, asked: shares.iter().sum::<Real>() * cells.cell_volume() / spacing.powi(3) }
+        sections = sections.into_iter().flat_map(cut).collect();
+    }
+    sections
 }
 
 /// Volume of each liquid, without what later ones take of it, in particles; of gas none.
@@ -246,7 +255,7 @@ impl Liquids {
     fn of(case: &Case, bed_height: Real) -> Self {
         let placed = |liquid: &LiquidRegion| {
             let origin = fluid::origin_of(liquid, case.bed.axis, bed_height);
-            let region = liquid.region.moved(origin).geometry();
+            let region = case.region_of(liquid, origin).geometry();
             Liquid { region, fluid: liquid.fluid, velocity: liquid.velocity }
         };
         let placed = case.liquids.iter().map(placed).collect();
@@ -272,6 +281,29 @@ impl Liquids {
         liquids
             .map(|liquid| liquid.region.bounds())
             .fold((Vector::INFINITY, Vector::NEG_INFINITY), |(lower, upper), (l, u)| (lower.min(l), upper.max(u)))
+    }
+
+    /// Particles in the voids of every place of a grid of `cells`. All ranks take part and have the same.
+    fn poured(&self, domain: &Domain, grains: &GrainPhase, cells: &Grid, spacing: Real) -> Poured {
+        let fractions = self.fractions(cells);
+        let shares = shares(domain, grains, cells, |[i, j, k]| {
+            let covered = |share, (fraction, liquid): &(RegionFractions<'_>, &Liquid)| {
+                let part = fraction.fraction(i, j, k);
+                share * (1.0 - part) + if liquid.fluid == FluidName::Liquid { part } else { 0.0 }
+            };
+            fractions.iter().fold(0.0, covered)
+        });
+        let particle = |position: Vector| {
+            // The middle of a particle that is cut by a surface may lie beyond it.
+            let [i, j, k] = cells.cell_of(position);
+            let is_here = |(fraction, liquid): &&(RegionFractions<'_>, &Liquid)| {
+                liquid.fluid == FluidName::Liquid && fraction.fraction(i, j, k) > 0.0
+            };
+            let near = || fractions.iter().rev().find(is_here).map(|(_, liquid)| self.particle(liquid, position));
+            self.particle_at(position).map(|(_, particle)| particle).or_else(near)
+        };
+        let particles = pouring::pour(cells, &shares, spacing).into_iter().filter_map(particle).collect();
+        Poured { particles, asked: shares.iter().sum::<Real>() * cells.cell_volume() / spacing.powi(3) }
     }
 
     /// Part of each cell of a grid that each liquid fills.

@@ -49,7 +49,7 @@ pub(crate) fn warn_of_overlap(loaded: &LoadedCase, report: &mut Diagnostics) {
 fn regions(case: &Case, bed: Real) -> Vec<(Region, bool)> {
     let placed = |liquid: &LiquidRegion| {
         let above = matches!(liquid.placement, Placement::AboveBed { .. });
-        (liquid.region.moved(origin_of(liquid, case.bed.axis, bed)).geometry(), above)
+        (case.region_of(liquid, origin_of(liquid, case.bed.axis, bed)).geometry(), above)
     };
     case.liquids.iter().map(placed).collect()
 }

@@ -85,7 +85,7 @@ fn waves(text: &mut String, tank: &TankReport) {
         number(tank.end_elevation, 2),
         number(tank.largest_elevation, 2)
     );
-    let _ = writeln!(text, "  bed         boundary layer of {}", length(tank.stokes_layer_m));
+    let _ = writeln!(text, "  bottom      boundary layer of {}", length(tank.stokes_layer_m));
 }
 
 fn flow_over_bed(text: &mut String, bed: &BedReport) {
@@ -319,7 +319,7 @@ fn cost(text: &mut String, case: &Case, report: &CheckReport) {
         report.threads,
         if report.threads == 1 { "" } else { "s" },
         if parts.is_empty() { String::new() } else { format!(" ({})", parts.join(", ")) },
-        if report.predicted_most_s > 1.2 * report.predicted_total_s {
+        if report.predicted_most_s > (1.2 * report.predicted_total_s).max(0.1) {
             format!(", up to {} with the most steps", duration(report.predicted_most_s))
         } else {
             String::new()

@@ -15,14 +15,19 @@ pub(crate) fn volume_within(case: &Case, liquid: &LiquidRegion) -> Option<Real> 
     let Placement::Absolute(position) = liquid.placement else { return liquid.region.volume() };
     let (lower, upper) = (case.domain.lower, case.domain.upper);
     let between = |low: Vector, high: Vector| (high.min(upper) - low.max(lower)).max(Vector::ZERO).element_product();
-    let region = match liquid.region.moved(position) {
+    let region = match case.region_of(liquid, position) {
         Region::Box { lower, upper } => return Some(between(lower, upper)),
         region => region.geometry(),
     };
+    let own = liquid.region.moved(position).geometry();
+    let (first, last) = own.bounds();
+    let repeats = case.periodic().map(|periodic| periodic && !liquid.region.is_sampled());
+    let is_whole = |d: usize| {
+        first[d] >= lower[d] && last[d] <= upper[d] || repeats[d] && last[d] - first[d] < case.domain.extent()[d]
+    };
     let (low, high) = region.bounds();
     let room = between(low, high);
-    let is_inside = low.cmpge(lower).all() && high.cmple(upper).all();
-    if let Some(volume) = region.volume().filter(|_| is_inside) {
+    if let Some(volume) = own.volume().filter(|_| (0..3).all(is_whole)) {
         return Some(volume);
     } else if room <= 0.0 {
         return Some(0.0);

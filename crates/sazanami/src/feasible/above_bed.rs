@@ -84,7 +84,7 @@ impl Search<'_> {
 
     /// A liquid must not touch grains unless that is allowed.
     fn clear_of_grains(&mut self, number: usize, liquid: &LiquidRegion, origin: Vector, lying: &[Placed]) {
-        let region = liquid.region.moved(origin).geometry();
+        let region = self.case.region_of(liquid, origin).geometry();
         // Where a bed relaxes first, the run tells.
         let stays = |grain: &&Placed| grain.origin != (Origin::Bed { relaxes: true });
         let Some(grain) = lying.iter().filter(stays).find(|grain| self.touches(&region, grain)) else { return };

@@ -44,7 +44,7 @@ impl BedFindings {
 /// Fields of `observables.bed`.
 pub(crate) const BED: &[Field<BedFindings>] = quantities! {
     "porosity", "", "porosity of the slab of `[bed]`, as far as it lies within the bed" => |bed| json!(bed.porosity);
-    "height_mm", "mm", "height of the highest node near the axis, H_s, above the floor" => |bed| json!(bed.height_mm);
+    "height_mm", "mm", "height of the highest node near the axis, or of the surface on it where that is higher, H_s, above the floor" => |bed| json!(bed.height_mm);
     "slab_top_mm", "mm", "upper side of that slab: `porosity_upper`, or H_s if it lies lower"
         => |bed| json!(bed.slab_top_mm);
     "mean_speed", "m/s", "mean speed of the grains" => |bed| json!(bed.mean_speed);

@@ -177,7 +177,7 @@ fn keep_clear(job: &Job, domain: &Domain, engine: &Engine, bed_height: Real) -> 
         case.liquids.iter().filter(|liquid| liquid.fluid == FluidName::Liquid && !liquid.allow_touching_grains);
     let found = touched.into_iter().find_map(|liquid| {
         let origin = fluid::origin_of(liquid, case.bed.axis, bed_height);
-        let region = liquid.region.moved(origin).geometry();
+        let region = case.region_of(liquid, origin).geometry();
         (0..all.owned()).find(|&n| touches(&region, engine, n)).map(|n| (liquid.name.clone(), name(job, all.id[n])))
     });
     domain.agree(found.map_or(Ok(()), |(liquid, grain)| Err(RankError::LiquidOnGrain { liquid, grain })))

@@ -538,3 +538,36 @@ fn magnitudes_that_nobody_means_are_said() {
         assert!(!texts.iter().any(|text| doubts(&text)), "{case} {changes:?}: {texts:#?}");
     }
 }
+
+#[test]
+fn records_that_end_on_the_way_and_gauges_across_gravity_are_warned_of() {
+    let said = |change: &[&str], words: &str| {
+        let (runs, texts) = findings(DAM_BREAK, &[&["solver=mics"], change].concat());
+        assert!(runs, "{change:?}: {texts:#?}");
+        texts.iter().any(|text| text.contains(words))
+    };
+    let written = |name: &str, last: f64| {
+        let file = std::env::temp_dir().join(format!("sazanami-{name}-{}.csv", std::process::id()));
+        let x = |n: usize| 0.001 * (20.0 * std::f64::consts::PI * (0.001 * n as f64).min(last)).cos();
+        let rows: String = (0..=100).map(|n| format!("{},{}\n", 0.001 * n as f64, x(n))).collect();
+        std::fs::write(&file, format!("t_s,x_m\n{rows}")).unwrap();
+        (format!("frame.motion={{file=\"{}\"}}", file.display()), file)
+    };
+    // The box comes to rest after a period, or goes on in the middle of one.
+    let ((resting, first), (moving, second)) = (written("resting", 0.05), written("moving", 0.075));
+    let on_the_way =
+        |motion: &str| said(&[motion, "run.until=\"0.2 s\""], "the motion of the tank ends before the run");
+    let until = |motion: &str| said(&[motion, "run.until=\"0.07 s\""], "the motion of the tank ends before the run");
+    assert!(!on_the_way(&resting) && !until(&moving));
+    let short = std::fs::read_to_string(&second).unwrap().lines().take(77).collect::<Vec<_>>().join("\n");
+    std::fs::write(&second, short).unwrap();
+    assert!(on_the_way(&moving));
+    std::fs::remove_file(first).unwrap();
+    std::fs::remove_file(second).unwrap();
+
+    let gauge = "probe=[{ name = \"p\", gauge = [\"1 mm\", \"1 mm\"] }]";
+    let across = |gravity: &str| said(&[gauge, gravity], "a gauge measures along x3, and gravity points elsewhere");
+    assert!(across("gravity=[\"9 m/s^2\", \"0 m/s^2\", \"-4 m/s^2\"]"));
+    // Negative control: hardly tilted.
+    assert!(!across("gravity=[\"1 m/s^2\", \"0 m/s^2\", \"-9.7 m/s^2\"]"));
+}

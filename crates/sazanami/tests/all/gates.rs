@@ -134,3 +134,27 @@ fn grains_in_a_gate_are_refused() {
     }
     assert_eq!(foretold(&with_grain("10.6 mm", "")), None);
 }
+
+#[test]
+fn no_water_is_poured_into_a_gate_behind_a_bed() {
+    // Between these grains a layer by layer has a particle in the plane of the gate.
+    let text = "solver = \"mps\"\ngravity = \"9.81 m/s^2\"\ndomain.size = [\"120 mm\", \"32 mm\", \"60 mm\"]\n\
+                boundary = { all = \"slip\", x2 = \"periodic\", x3_upper = \"outflow\" }\nparticles.spacing = \"4 mm\"\n\
+                material.sand.density = \"2650 kg/m^3\"\ncontact.default.normal_stiffness = \"400 N/m\"\n\
+                preparation = { cache = false, must_rest = false, relax_steps = 100, settle = \"1 ms\" }\n\
+                output = { fields = { at = [] }, grains = { at = [] }, figures = { at = [] } }\nrun.until = \"0.4 ms\"\n\
+                [[gate]]\nx1 = \"60 mm\"\nopens = \"1 s\"\n[[liquid]]\n\
+                region.box = { lower = [\"0 mm\", \"0 mm\", \"0 mm\"], upper = [\"60 mm\", \"32 mm\", \"36 mm\"] }\n\
+                [[grains]]\nshape.sphere.diameter = \"4 mm\"\n\
+                placement.lattice = { lower = [\"0 mm\", \"0 mm\", \"0 mm\"], upper = [\"56 mm\", \"32 mm\", \"8 mm\"], counts = [13, 7, 2] }\n";
+    let scratch = Scratch::new("poured-at-a-gate");
+    let fastest = |name: &str, overrides: &[&str]| {
+        let folder = scratch.join(name);
+        start(&load(text, overrides), &folder, On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
+        Left::in_folder(&folder).column("largest_fluid_speed").into_iter().skip(1).fold(0.0, Real::max)
+    };
+    let shut = fastest("shut", &[]);
+    assert!(shut < 0.05, "{shut}");
+    // Negative control: open at once the water runs.
+    assert!(fastest("open", &["gate.0.opens=0 s", "run.until=20 ms"]) > 0.1);
+}

@@ -57,3 +57,21 @@ fn drops_are_poured_by_their_volume_warned_of_or_refused() {
     assert!(found.is_empty() && ran.iter().any(|message| message.contains("poured 6 particles")), "{found:?} {ran:?}");
     assert!(!ran.iter().any(|message| message.contains("warning")), "{ran:?}");
 }
+
+#[test]
+fn liquid_goes_on_through_periodic_sides() {
+    let text = |centre: &str, sides: &str| {
+        drop("8 mm")
+            .replace("\"10 mm\", \"10 mm\", \"10 mm\"]", &format!("\"{centre}\", \"{centre}\", \"10 mm\"]"))
+            .replace("boundary.x3", &format!("boundary.all = \"{sides}\"\nboundary.x3_lower = \"slip\"\nboundary.x3"))
+    };
+    let poured = |text: &str| {
+        let ran = told(text).1.expect("it runs");
+        let said = ran.iter().find(|message| message.contains("poured")).expect("it is told").clone();
+        said.split(' ').nth(1).and_then(|count| count.parse::<usize>().ok()).expect("a number")
+    };
+    let [middle, corner] = ["10 mm", "0 mm"].map(|centre| poured(&text(centre, "periodic")));
+    assert!(middle == corner && middle >= 32, "{middle} {corner}");
+    // Negative control: beside planes of symmetry it is a quarter.
+    assert!(poured(&text("0 mm", "slip")) < 12);
+}

@@ -243,3 +243,22 @@ fn points_of_moving_particles_on_walls_read_the_wall() {
         assert!((pressure(n) / pressure(0) - 1.0).abs() < 2e-3, "{n}: {} {}", pressure(n), pressure(0));
     }
 }
+
+#[test]
+fn points_of_moving_particles_on_a_lid_read_it() {
+    // The tank upside down, closed.
+    let case = include_str!("../cases/sides-observed-tank.toml")
+        .replace(
+            "[\"0 mm\", \"0 mm\", \"0 mm\"], upper = [\"12 mm\", \"12 mm\", \"20 mm\"]",
+            "[\"0 mm\", \"0 mm\", \"4 mm\"], upper = [\"12 mm\", \"12 mm\", \"24 mm\"]",
+        )
+        .replace("gravity = \"9.8 m/s^2\"", "gravity = [\"0 m/s^2\", \"0 m/s^2\", \"9.8 m/s^2\"]")
+        .replace(", x3_upper = \"outflow\"", "");
+    let probes = [("lid", "24 mm"), ("depth", "14 mm")]
+        .map(|(name, z)| (name.to_owned(), format!("point = [\"6 mm\", \"6 mm\", \"{z}\"]")));
+    let at = read(&case, &probes, &[], "lid", On::threads(1));
+    for (name, depth) in [("lid", 20.0), ("depth", 10.0)] {
+        let (found, expected) = (at(name, "pressure"), 9.8 * depth);
+        assert!((found - expected).abs() < 0.3 * 9.8, "{name}: {found} {expected}");
+    }
+}

@@ -220,7 +220,8 @@ pub(crate) fn tank_of(case: &Case) -> Tank {
     let [ends, sides] =
         [0, 1].map(|d| if case.periodic()[d] { ripples::Sides::Periodic } else { ripples::Sides::Walls });
     let (lower, upper) = (case.domain.lower, case.domain.upper);
-    Tank { x: [lower.x, upper.x], y: [lower.y, upper.y], floor: lower.z, ends, sides }
+    let lid = (!case.boundary[2][1].is_open() && !case.periodic()[2]).then_some(upper.z);
+    Tank { x: [lower.x, upper.x], y: [lower.y, upper.y], floor: lower.z, lid, ends, sides }
 }
 
 impl Observer for ParticleObserver {

@@ -67,6 +67,11 @@ fn rounded(value: Real, parts: Real) -> Real {
     (value * parts).round() / parts + 0.0
 }
 
+/// A number with two digits.
+fn two_digits(value: Real) -> Real {
+    format!("{value:.1e}").parse().unwrap_or(value)
+}
+
 /// The tank from the side: grains by speed, drag and pressure force, and the velocity of the water in a window.
 fn side_view(case: &Case, observer: &ParticleObserver, moment: &str) -> SideView {
     let (lower, upper) = (case.domain.lower, case.domain.upper);
@@ -92,7 +97,7 @@ fn side_view(case: &Case, observer: &ParticleObserver, moment: &str) -> SideView
         water,
         window: x,
         arrows,
-        reference: 2.0 * fastest,
+        reference: two_digits(2.0 * fastest),
     }
 }
 
@@ -126,7 +131,7 @@ fn of_water(observer: &ParticleObserver) -> (Discs, &'static str, Real) {
     let largest = |values: &[Real]| values.iter().fold(0.0, |most: Real, value| most.max(value.abs()));
     let (fastest, pressure) = (largest(&speed).max(SLOW), largest(&water.pressure).max(NO_PRESSURE));
     let panels = vec![
-        Colouring::Speed(speed, fastest),
+        Colouring::WaterSpeed(speed, fastest),
         Colouring::Signed(water.pressure.clone(), "pressure p [Pa]".to_owned(), pressure),
     ];
     let diameter = vec![observer.gathered.spacing; water.position.len()];

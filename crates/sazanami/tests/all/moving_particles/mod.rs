@@ -403,3 +403,23 @@ fn water_faster_than_gravity_explains_is_warned_of_once() {
     // Negative control: here it is 1.9 m/s.
     assert_eq!(warnings("9.81 m/s^2"), Vec::<String>::new());
 }
+
+#[test]
+fn lift_beside_the_edge_of_the_water_is_a_number() {
+    // Grains that a front of water reaches have one or two particles near them, which tell no vorticity.
+    let text = "solver = \"mps\"\ndomain.size = [\"60 mm\", \"18 mm\", \"20 mm\"]\nparticles.spacing = \"2 mm\"\n\
+                boundary = { all = \"no_slip\", x3_upper = \"outflow\" }\nmaterial.s.density = \"2500 kg/m^3\"\n\
+                overlap = { lift = \"mei\", smoothing = \"8 mm\" }\nfluid.initial_velocity.uniform.velocity = [\"0.05 m/s\", \"0 m/s\", \"0 m/s\"]\n\
+                output = { fields = { at = [] }, grains = { at = [] }, figures = { at = [] } }\nrun.until = \"8 ms\"\npreparation.cache = false\n\
+                [[liquid]]\nregion.box = { lower = [\"0 m\", \"0 m\", \"0 m\"], upper = [\"30 mm\", \"18 mm\", \"10 mm\"] }\n\
+                [[grains]]\nshape.sphere.diameter = \"3 mm\"\n\
+                placement.lattice = { lower = [\"30 mm\", \"0 mm\", \"0 mm\"], upper = [\"42 mm\", \"18 mm\", \"3 mm\"], counts = [4, 5, 1] }\n";
+    let scratch = Scratch::new("lift-at-the-edge");
+    for lift in ["mei", "saffman"] {
+        let folder = scratch.join(lift);
+        start(&load(text, &[&format!("overlap.lift={lift}")]), &folder, On::threads(1))
+            .unwrap_or_else(|error| panic!("{error}"));
+        let fastest = Left::in_folder(&folder).column("largest_grain_speed").into_iter().skip(1).fold(0.0, Real::max);
+        assert!(fastest < 0.2, "{lift}: {fastest}");
+    }
+}
