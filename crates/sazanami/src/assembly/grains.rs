@@ -138,16 +138,7 @@ fn motion(case: &Case, population: &Population, motion: Motion) -> Motion {
 pub(crate) fn factors(population: &Population, count: usize) -> Vec<Real> {
     let mut random = Random::new(population.seed ^ 0x5eed_0f51_2e50_0000);
     let sizes = population.sizes();
-    if let SizeDistribution::Sieves(sieves) = &*sizes {
-        // One from each part of the curve, in any order: the rare large grains are as many as it says.
-        let part = |n: usize, random: &mut Random| (n as Real + random.unit()) / count as Real;
-        let mut factors: Vec<Real> = (0..count).map(|n| sieved(sieves, part(n, &mut random))).collect();
-        for n in (1..count).rev() {
-            factors.swap(n, ((n + 1) as Real * random.unit()) as usize);
-        }
-        return factors;
-    }
-    let mut draw = || match &*sizes {
+    let mut draw = |n: usize| match &*sizes {
         SizeDistribution::Equal => 1.0,
         SizeDistribution::List(list) => {
             let total: Real = list.iter().map(|share| share.weight).sum();
@@ -158,7 +149,8 @@ pub(crate) fn factors(population: &Population, count: usize) -> Vec<Real> {
             });
             chosen.or(list.last()).map_or(1.0, |share| share.factor)
         }
-        SizeDistribution::Sieves(sieves) => sieved(sieves, random.unit()),
+        // One from each part of the curve: the rare large grains are as many as it says.
+        SizeDistribution::Sieves(sieves) => sieved(sieves, (n as Real + random.unit()) / count as Real),
         SizeDistribution::Uniform { lower, upper } => random.between(*lower, *upper),
         SizeDistribution::Lognormal { median, sigma, lower, upper } => loop {
             // Box and Muller (1958).
@@ -169,7 +161,13 @@ pub(crate) fn factors(population: &Population, count: usize) -> Vec<Real> {
             }
         },
     };
-    (0..count).map(|_| draw()).collect()
+    let mut factors: Vec<Real> = (0..count).map(&mut draw).collect();
+    if let SizeDistribution::Sieves(_) = &*sizes {
+        for n in (1..count).rev() {
+            factors.swap(n, ((n + 1) as Real * random.unit()) as usize);
+        }
+    }
+    factors
 }
 
 /// Factor that a share `part` of the grains of a sieve curve, by number, does not exceed.

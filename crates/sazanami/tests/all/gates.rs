@@ -157,4 +157,14 @@ fn no_water_is_poured_into_a_gate_behind_a_bed() {
     assert!(shut < 0.05, "{shut}");
     // Negative control: open at once the water runs.
     assert!(fastest("open", &["gate.0.opens=0 s", "run.until=20 ms"]) > 0.1);
+    // Turned, with a second gate behind it.
+    let turned = [
+        "domain.size=[\"32 mm\", \"140 mm\", \"60 mm\"]",
+        "boundary={ all = \"slip\", x1 = \"periodic\", x3_upper = \"outflow\" }",
+        "gate=[{ x2 = \"60 mm\", opens = \"1 s\" }, { x2 = \"100 mm\", opens = \"1 s\" }]",
+        "liquid.0.region.box.upper=[\"32 mm\", \"60 mm\", \"36 mm\"]",
+        "grains.0.placement.lattice={ lower = [\"0 mm\", \"0 mm\", \"0 mm\"], upper = [\"32 mm\", \"56 mm\", \"8 mm\"], counts = [7, 13, 2] }",
+    ];
+    let turned = fastest("turned", &turned);
+    assert!(turned < 0.05, "{turned}");
 }

@@ -144,3 +144,34 @@ fn the_capillary_wave_limits_the_step_and_the_interface_is_in_the_series() {
     let without = columns(&["fluid.surface_tension=0 N/m"]);
     assert!(!without.contains("surface_energy") && !without.contains("capillary"), "{without}");
 }
+
+#[test]
+fn a_drop_over_periodic_sides_pulls_as_in_the_middle() {
+    const DROP: &str = "gravity = \"0 m/s^2\"\ndomain = { size = [\"24 mm\", \"20 mm\", \"18 mm\"], cells = [16, 16, 16] }\n\
+                        boundary.all = \"periodic\"\nfluid.surface_tension = \"0.07 N/m\"\nfluid.tol_div = 1e-11\n\
+                        output = { fields = { at = [] }, figures = { at = [] }, series = { every = \"1 ms\" } }\nrun.until = \"5 ms\"\n\
+                        [[liquid]]\nregion.sphere.diameter = \"8 mm\"\n";
+    let scratch = Scratch::new("drop-over-sides");
+    let ran = |name: &str, position: &str, more: &[&str], on: On| {
+        let folder = scratch.join(name);
+        let position = format!("liquid.0.position={position}");
+        let changes: Vec<&str> = std::iter::once(position.as_str()).chain(more.iter().copied()).collect();
+        start(&load(DROP, &changes), &folder, on).expect("the run ends well");
+        let left = Left::in_folder(&folder);
+        ["surface_energy", "kinetic_energy_fluid"].map(|column| *left.series.column(column).last().expect("rows"))
+    };
+    let off = |a: [f64; 2], b: [f64; 2]| [0, 1].map(|n| (a[n] / b[n] - 1.0).abs());
+    let origin = "[\"0 mm\", \"0 mm\", \"0 mm\"]";
+    let middle = ran("middle", "[\"12 mm\", \"10 mm\", \"9 mm\"]", &[], On::threads(2));
+    // sigma pi D^2.
+    let exact = 0.07 * std::f64::consts::PI * 8e-3_f64.powi(2);
+    assert!((middle[0] / exact - 1.0).abs() < 0.03, "{middle:?} {exact}");
+    let corner = ran("corner", origin, &[], On::threads(2));
+    let [surface, moved] = off(corner, middle);
+    assert!(surface < 2e-4 && moved < 0.02, "{corner:?} {middle:?}");
+    let [surface, moved] = off(ran("ranks", origin, &[], On::ranks(2, 1)), corner);
+    assert!(surface < 1e-9 && moved < 1e-6, "{surface} {moved}");
+    // Negative control: between planes of symmetry it is an eighth.
+    let eighth = ran("eighth", origin, &["boundary.all=slip"], On::threads(2));
+    assert!((8.0 * eighth[0] / middle[0] - 1.0).abs() < 2e-2, "{eighth:?} {middle:?}");
+}
