@@ -15,7 +15,7 @@
 //! | `meant = expr` | value that an `Option` without default comes to mean, for the reference |
 //! | `paper_literal = (Yagyu, expr, "why")` | default of the preset `paper_literal`, by whose paper, and the reason |
 //! | `word` | the value is a word of a `Choice` |
-//! | `table`, `tables` | a table of keys of its own, or a list of them |
+//! | `table`, `tables` | a table of keys of its own, or a list of them, of which one may stand alone |
 //! | `from_nothing` | where the table is left out, all its keys have their defaults |
 //! | `named` | the table holds tables by names of the user's choice |
 //! | `via = Type` | tuple struct that reads and writes the value |

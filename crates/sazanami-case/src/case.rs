@@ -102,7 +102,7 @@ pub struct Case {
     #[key(table)]
     pub particles: Option<Particles>,
     /// Coupling of grains and the particles of water that overlap them, for `solver = "mps"`.
-    #[key(table, from_nothing, shared, omit_if = self.particles.is_none())]
+    #[key(table, from_nothing, shared, omit_if = self.particles.is_none() || self.grains.is_empty())]
     pub overlap: Overlap,
     /// Preparation of a bed in water before the run begins, for `solver = "mps"`.
     #[key(table, from_nothing, omit_if = self.particles.is_none())]

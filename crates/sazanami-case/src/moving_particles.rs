@@ -276,23 +276,27 @@ fn check_seeded_ripples(case: &Case, cx: &mut Context<'_>) {
     let length = case.domain.extent().x;
     for (n, population) in case.grains.iter().enumerate() {
         let GrainPlacement::Packed(how) = &population.placement else { continue };
-        let Some(ripples) = how.ripples else { continue };
+        if how.ripples.is_empty() {
+            continue;
+        }
         if how.highest_level().is_some_and(|level| level > case.domain.extent().z) {
             cx.report
                 .error(cx.places.at(&format!("grains.{n}.placement")), "the crests of the ripples reach above the box")
                 .label(format!("up to {} mm", rounded(1e3 * how.highest_level().unwrap_or_default())))
                 .help("lower `level` or `height`");
         }
-        let number = length / ripples.wavelength;
-        let whole = number.round().max(1.0);
-        if case.boundary[0][0] == BoundarySide::Periodic && (number / whole - 1.0).abs() > 1e-3 {
-            cx.report
-                .error(
-                    cx.places.at(&format!("grains.{n}.placement")),
-                    "the ripples do not fit the box, which is periodic",
-                )
-                .label(format!("{} of them", rounded(number)))
-                .help(format!("take a wavelength of {} mm", rounded(1e3 * length / whole)));
+        for ripples in &how.ripples {
+            let number = length / ripples.wavelength;
+            let whole = number.round().max(1.0);
+            if case.boundary[0][0] == BoundarySide::Periodic && (number / whole - 1.0).abs() > 1e-3 {
+                cx.report
+                    .error(
+                        cx.places.at(&format!("grains.{n}.placement")),
+                        "the ripples do not fit the box, which is periodic",
+                    )
+                    .label(format!("{} of them", rounded(number)))
+                    .help(format!("take a wavelength of {} mm", rounded(1e3 * length / whole)));
+            }
         }
     }
 }

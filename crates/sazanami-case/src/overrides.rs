@@ -161,7 +161,11 @@ fn put_inside<'i>(
     value: Spanned<DeValue<'i>>,
 ) -> Result<(), String> {
     match inner {
-        DeValue::Table(table) => put(table, keys, span, value),
+        DeValue::Table(table) => {
+            // A table that stands alone where a list may is the first of it.
+            let is_first = keys.len() > 1 && keys[0] == "0" && !table.contains_key("0");
+            put(table, &keys[usize::from(is_first)..], span, value)
+        }
         DeValue::Array(array) => {
             let (key, rest) = keys.split_first().ok_or("the path of an override is missing")?;
             let length = array.len();
@@ -212,6 +216,9 @@ mod tests {
         assert_eq!(table["c"][0]["d"][1].as_integer(), Some(2));
         assert_eq!(table["c"][0]["k"].as_str(), Some("q"));
         assert_eq!(table["f"]["g/h"]["i"].as_bool(), Some(true));
+        // A table that stands alone in place of a list.
+        let (table, _) = laid_over("[a]\nb = 1\n", &["a.0.b=2", "a.1.b=3"]);
+        assert_eq!((table["a"]["b"].as_integer(), table["a"]["1"]["b"].as_integer()), (Some(2), Some(3)));
     }
 
     #[test]

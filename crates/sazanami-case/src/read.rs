@@ -372,8 +372,11 @@ impl<'a> Context<'a> {
         list
     }
 
-    /// A list of tables; `None` where it is absent or none.
+    /// A list of tables, or one of them alone; `None` where it is absent or none.
     pub fn tables<T: Keys>(&mut self, at: &At<'_>) -> Option<Vec<T>> {
+        if let Some(DeValue::Table(_)) = at.value {
+            return T::read(at, self).map(|alone| vec![alone]);
+        }
         at.value?;
         let Some(list) = at.elements() else {
             self.does_not_fit(at, "a list (`[[...]]` or `[...]`)");

@@ -76,7 +76,10 @@ fn value(key: &KeyDoc, definitions: &mut Definitions) -> Json {
         ValueDoc::Words(words) => json!({ "enum": words.iter().map(|(word, _)| *word).collect::<Vec<_>>() }),
         ValueDoc::Word => json!({ "const": key.name }),
         ValueDoc::Table(docs) => reference(*docs, definitions),
-        ValueDoc::Tables(docs) => json!({ "type": "array", "items": reference(*docs, definitions) }),
+        ValueDoc::Tables(docs) => {
+            let one = reference(*docs, definitions);
+            json!({ "anyOf": [{ "type": "array", "items": one }, one] })
+        }
         ValueDoc::Named(docs) => {
             json!({ "type": "object", "additionalProperties": reference(*docs, definitions) })
         }

@@ -460,6 +460,12 @@ impl Engine {
         Ok(count as usize)
     }
 
+    /// Overlap of contact spheres over the smaller radius beyond which a sub-step fails; infinite where any is accepted.
+    #[must_use]
+    pub fn largest_overlap_allowed(&self) -> Real {
+        self.largest_overlap_allowed
+    }
+
     /// Accepts any overlap of contact spheres, or restores the limit of [`LARGEST_OVERLAP`].
     pub fn allow_any_overlap(&mut self, allowed: bool) {
         self.largest_overlap_allowed = if allowed { Real::INFINITY } else { LARGEST_OVERLAP };

@@ -44,9 +44,9 @@ pub struct Packing {
     /// taken away. Without `count` as many grains are packed as fill it.
     #[key(unit = "m", range = Positive)]
     pub level: Option<Real>,
-    /// Ripples along x1 that the levelled surface begins with.
-    #[key(table)]
-    pub ripples: Option<SeededRipples>,
+    /// Ripples along x1 that the levelled surface begins with; of several lengths they add up.
+    #[key(tables)]
+    pub ripples: Vec<SeededRipples>,
     /// For `solver = "mps"`: height above the floor below which the centres of grains lie that are glued to it once they
     /// are packed, so that the floor is rough.
     #[key(unit = "m", range = Positive)]
@@ -88,7 +88,7 @@ fn longest_packing(cx: &Context<'_>) -> Real {
     if fall.is_finite() { PACKING.longest.max(FALLS * fall) } else { PACKING.longest }
 }
 
-/// Ripples of a bed that is levelled to `level + height/2 cos(2 pi (x1 - middle)/wavelength)`, a crest in the middle of the box.
+/// Ripples of a bed that is levelled to `level + height/2 cos(2 pi (x1 - middle - crest)/wavelength)`, summed over all of them.
 #[derive(Clone, Copy, Debug, PartialEq, Keys)]
 pub struct SeededRipples {
     /// Distance of the crests.
@@ -97,24 +97,35 @@ pub struct SeededRipples {
     /// Height of a crest above a trough.
     #[key(unit = "m", range = Positive)]
     pub height: Real,
+    /// Place of a crest along x1, from the middle of the box.
+    #[key(unit = "m", default = 0.0)]
+    pub crest: Real,
 }
 
 impl Packing {
     /// Height above the floor at which the bed is levelled at `x` \[m] from the middle of the box \[m].
     #[must_use]
     pub fn level_at(&self, x: Real) -> Option<Real> {
-        let wave = |by: SeededRipples| 0.5 * by.height * (TAU * x / by.wavelength).cos();
-        self.level.map(|level| level + self.ripples.map_or(0.0, wave))
+        let wave = |by: &SeededRipples| 0.5 * by.height * (TAU * (x - by.crest) / by.wavelength).cos();
+        self.level.map(|level| level + self.ripples.iter().map(wave).sum::<Real>())
     }
 
-    /// Highest level of the bed above the floor \[m].
+    /// Highest level of the bed above the floor, where all crests meet \[m].
     #[must_use]
     pub fn highest_level(&self) -> Option<Real> {
-        self.level_at(0.0)
+        self.level.map(|level| level + self.amplitude())
+    }
+
+    /// Sum of the amplitudes of the ripples that the bed begins with \[m].
+    fn amplitude(&self) -> Real {
+        self.ripples.iter().map(|ripples| 0.5 * ripples.height).sum()
     }
 
     fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
-        let Some(ripples) = self.ripples else { return };
+        if self.ripples.is_empty() {
+            return;
+        }
+        let amplitude = self.amplitude();
         match self.level {
             None => {
                 cx.report
@@ -122,10 +133,10 @@ impl Packing {
                     .label("ripples vary `level` along x1")
                     .help("add `level = \"7 mm\"`, the mean height of the bed");
             }
-            Some(level) if 0.5 * ripples.height >= level => {
+            Some(level) if amplitude >= level => {
                 cx.report
                     .error(table.place("ripples"), "the troughs of the ripples reach below the floor")
-                    .label(format!("half of `height` is {} mm", rounded(5e2 * ripples.height)))
+                    .label(format!("half of `height` is {} mm", rounded(1e3 * amplitude)))
                     .help(format!("`level` is {} mm: take a lower height or a thicker bed", rounded(1e3 * level)));
             }
             Some(_) => {}

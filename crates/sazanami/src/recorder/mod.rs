@@ -160,9 +160,15 @@ impl<'a, B: Observer> Recorder<'a, B> {
             return;
         }
         let [a, b] = contacts.largest_overlap_ids.map(|id| partner(self.job.case, engine.walls(), id));
+        let limit = engine.largest_overlap_allowed();
+        let ends = if limit.is_finite() {
+            format!("a run ends at {:.0} %", 1e2 * limit)
+        } else {
+            "grains of unlike sizes may, until their bed is stiffened".to_owned()
+        };
         self.job.say(format!(
             "warning: {now} contacts so far have become deeper than 20 % of a contact sphere's radius, the deepest of \
-             this step by {:.0} % between {a} and {b} at time {time:.4e} s; a run ends at 80 %",
+             this step by {:.0} % between {a} and {b} at time {time:.4e} s; {ends}",
             1e2 * contacts.largest_overlap
         ));
     }

@@ -151,6 +151,15 @@ fn a_bed_can_begin_with_ripples() {
     assert!(rippled.iter().all(|&[x, top]| top <= level(x) + 1e-12));
     let above = |tops: &[[f64; 2]]| tops.iter().filter(|[_, top]| *top > 4e-3).count();
     assert!(above(&rippled) > 10, "{}", above(&rippled));
+    // Two lengths add up, each with a crest of its own.
+    let sum = |x: f64| {
+        let wave = |length: f64, crest: f64| 0.5e-3 * (std::f64::consts::TAU * (x - 4e-3 - crest) / length).cos();
+        4e-3 + wave(8e-3, 1e-3) + wave(4e-3, 0.0)
+    };
+    let both = ", ripples = [{ wavelength = \"8 mm\", height = \"1 mm\", crest = \"1 mm\" }, { wavelength = \"4 mm\", height = \"1 mm\" }]";
+    let both = tops("both", both);
+    assert!(both.iter().all(|&[x, top]| top <= sum(x) + 1e-12) && above(&both) > 5);
+    assert!(both.iter().any(|&[x, top]| top > level(x)), "one of 8 mm alone is another bed");
     // Negative control: the level bed keeps below the mean, and reaches above the troughs.
     let flat = tops("flat", "");
     assert!(above(&flat) == 0 && flat.iter().any(|&[x, top]| top > level(x)));
@@ -158,6 +167,10 @@ fn a_bed_can_begin_with_ripples() {
         ("level = \"1 mm\", ripples = { wavelength = \"8 mm\", height = \"2 mm\" }", "reach below the floor"),
         ("ripples = { wavelength = \"8 mm\", height = \"2 mm\" }", "is not levelled has no ripples"),
         ("level = \"4 mm\", ripples = { wavelength = \"3 mm\", height = \"2 mm\" }", "do not fit"),
+        (
+            "level = \"4 mm\", ripples = [{ wavelength = \"8 mm\", height = \"5 mm\" }, { wavelength = \"4 mm\", height = \"4 mm\" }]",
+            "reach below the floor",
+        ),
     ] {
         let change = format!("grains.0.placement.packed={{ {ripples} }}");
         let found = crate::support::findings(PACKED, &["grains.0.count=100", &change]);
