@@ -450,6 +450,14 @@ impl Case {
         self.grains.iter().any(|population| matches!(population.placement, GrainPlacement::Packed(_)))
     }
 
+    /// Whether a bed that is packed within the run is levelled.
+    #[must_use]
+    pub fn levels(&self) -> bool {
+        let levels =
+            |placement: &GrainPlacement| matches!(placement, GrainPlacement::Packed(how) if how.level.is_some());
+        self.grains.iter().any(|population| levels(&population.placement))
+    }
+
     /// Whether grains are fed in during the run.
     #[must_use]
     pub fn feeds(&self) -> bool {

@@ -26,16 +26,17 @@ const LEAST_REACH: Real = 2.1;
 pub fn check(case: &Case, cx: &mut Context<'_>) {
     films::check(case, cx);
     gates::check(case, cx);
+    check_seeded_ripples(case, cx);
     if case.solver == Solver::Mics {
         for (n, population) in case.grains.iter().enumerate() {
             if let GrainPlacement::Packed(how) = &population.placement
-                && (how.level.is_some() || how.glued.is_some())
+                && how.glued.is_some()
             {
                 let span = cx.places.at(&format!("grains.{n}"));
                 cx.report
-                    .error(span, "beds are levelled and glued for `solver = \"mps\"`")
+                    .error(span, "beds are glued to the floor for `solver = \"mps\"`")
                     .label("this case has `solver = \"mics\"`")
-                    .help("give a `count` instead of `level`, and leave out `glued`");
+                    .help("leave out `glued`");
             }
         }
         if case.walls_move() {
@@ -57,7 +58,6 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     check_spheres(case, cx);
     warn_of_glued_beds(case, cx);
     check_layers(case, cx);
-    check_seeded_ripples(case, cx);
     check_smoothing(case, cx);
     check_projection(case, cx, particles);
     check_turbulence(case, cx, particles);

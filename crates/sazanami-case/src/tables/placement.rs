@@ -40,8 +40,8 @@ pub struct Packing {
     /// Random displacement over the distance of neighbours.
     #[key(range = Between(0.0, 0.5), default = PACKING.jitter)]
     pub jitter: Real,
-    /// For `solver = "mps"`: height above the floor at which the packed bed is levelled; grains that reach above are
-    /// taken away. Without `count` as many grains are packed as fill it.
+    /// Height above the floor at which the packed bed is levelled: grains that reach above are taken away, and the others come to
+    /// rest once more. Without `count` as many grains are packed as fill it.
     #[key(unit = "m", range = Positive)]
     pub level: Option<Real>,
     /// Ripples along x1 that the levelled surface begins with; of several lengths they add up.

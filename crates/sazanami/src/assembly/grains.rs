@@ -233,13 +233,24 @@ pub fn placed(case: &Case, beds: &[Option<Bed>]) -> Vec<Grain> {
     all
 }
 
-/// What becomes of a grain of the population number `shape` once it is packed, a sphere of `radius` \[m] around it: nothing where it
-/// reaches above the level of its population or into a gate, else whether it is glued to the floor.
-pub(crate) fn after_packing(case: &Case, shape: u32, position: Vector, radius: Real) -> Option<bool> {
+/// What becomes of a grain of the population number `shape`, `body` times `scale`, once it is packed: nothing where it reaches above the
+/// level of its population or into a gate, else whether it is glued to the floor.
+pub(crate) fn after_packing(
+    case: &Case,
+    body: &Body,
+    shape: u32,
+    scale: Real,
+    position: Vector,
+    orientation: Quaternion,
+) -> Option<bool> {
     let GrainPlacement::Packed(how) = &case.grains[shape as usize].placement else { return Some(false) };
     let floor = case.domain.lower.z;
     let middle = 0.5 * (case.domain.lower.x + case.domain.upper.x);
-    let stays = how.level_at(position.x - middle).is_none_or(|level| position.z + radius <= floor + level);
+    let radius = scale * body.bounding_radius;
+    let spheres = body.centres.iter().zip(&body.radii);
+    let tops = spheres.map(|(&centre, &radius)| (orientation * (scale * centre)).z + scale * radius);
+    let top = tops.fold(Real::NEG_INFINITY, Real::max);
+    let stays = how.level_at(position.x - middle).is_none_or(|level| position.z + top <= floor + level);
     let apart = case.gates.iter().all(|gate| gate.plate().clearance(position) >= radius);
     (stays && apart).then(|| how.glued.is_some_and(|glued| position.z < floor + glued))
 }

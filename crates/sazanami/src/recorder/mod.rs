@@ -247,7 +247,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
     fn as_used(&self, packing: &Packing) -> Vec<BedGrain> {
         let (case, bodies) = (self.job.case, packing.engine().bodies());
         let lying = self.grains.lying(|shape, scale, position, orientation| {
-            let held = after_packing(case, shape, position, scale * bodies[shape as usize].bounding_radius)?;
+            let held = after_packing(case, &bodies[shape as usize], shape, scale, position, orientation)?;
             Some(BedGrain { shape, scale, position, orientation, held })
         });
         lying.into_iter().flatten().collect()

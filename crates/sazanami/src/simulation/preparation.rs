@@ -1,7 +1,7 @@
 //! A bed in water before its run: the packed bed is levelled, the water poured between its grains and left to come to
 //! rest, and the grains let go. What comes of it is kept, and found again by what it was made of.
 
-use sazanami_dem::{Engine, Grain, Motion, Packing};
+use sazanami_dem::{Engine, Motion, Packing};
 use sazanami_mps::grains::GrainPhase;
 use sazanami_mps::snapshot::GRAINS;
 use sazanami_mps::solver::{Forcing, Solver, StepReport};
@@ -10,7 +10,6 @@ use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
 
 use super::{signals, start};
-use crate::assembly::grains::after_packing;
 use crate::assembly::particles;
 use crate::case::meaning::{Case, Preparation, RELAX_STEPS};
 use crate::clock::END;
@@ -135,7 +134,7 @@ fn poured(
     let setup = particles::setup(case, &job.shapes);
     let engine = match packed {
         Some(packing) => {
-            let lying = levelled(case, &packing);
+            let lying = start::levelled(case, &packing);
             drop(packing);
             let mut engine = Engine::new(&domain, setup, &lying)?;
             engine.insert(&domain, &crate::assembly::grains::placed(case, &job.beds))?;
@@ -174,18 +173,6 @@ fn poured(
     }
     let settings = particles::settings(case, particles::level(case, bed_height));
     Ok(Some(Solver::new(domain, settings, tank, &fluid, grains)?))
-}
-
-/// The packed grains of this rank without those that reach above the level of their population, and with those held
-/// that are glued to the floor.
-fn levelled(case: &Case, packing: &Packing) -> Vec<Grain> {
-    let bodies = packing.engine().bodies();
-    let lying = |grain: Grain| {
-        let radius = grain.scale * bodies[grain.shape as usize].bounding_radius;
-        let glued = after_packing(case, grain.shape, grain.position, radius)?;
-        Some(Grain { motion: if glued { Motion::WithWalls } else { grain.motion }, ..grain })
-    };
-    packing.bed().into_iter().filter_map(lying).collect()
 }
 
 /// Lets water and grains come to rest; returns whether they did, or the run was stopped before.

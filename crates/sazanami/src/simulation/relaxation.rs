@@ -1,6 +1,6 @@
-//! Beds from files come to rest before the run, without fluid.
+//! Beds from files, and beds that were levelled, come to rest before the run, without fluid.
 //!
-//! Where their contact spheres are not those they were packed with they overlap, and would fly apart: they part
+//! Where the contact spheres of a bed from a file are not those they were packed with they overlap, and would fly apart: they part
 //! slowly first.
 
 use sazanami_dem::{ContactReport, DemError, Engine, Loads, Setup, Substeps};

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use sazanami_dem::{Body, Engine, Packing, Setup};
+use sazanami_dem::{Body, Engine, Grain, Motion, Packing, Setup};
 use sazanami_mics::snapshot::GRAINS;
 use sazanami_mics::solver::Solver;
 use sazanami_numerics::domain::Domain;
@@ -67,18 +67,25 @@ pub(super) fn solver(
         let solver = Solver::restore(domain, boundary, settings, flow, engine, shapes, coupling, snapshot)?;
         return Ok(Some(solver.with_surface_tension(tension).with_mean_flow(mean_flow(case, Some(snapshot))?)));
     }
-    let engine = match packed {
+    let mut engine = match packed {
         None => match laid(job, &domain, setup, recorder)? {
             Some(engine) => engine,
             None => return Ok(None),
         },
-        Some(packing) => {
-            // Contacts keep their memory: the bed stays as it lies.
-            let mut engine = packing.into_engine(&domain, setup)?;
-            engine.insert(&domain, &grains::placed(case, &job.beds))?;
-            engine
+        Some(packing) if case.levels() => {
+            let engine = Engine::new(&domain, setup, &levelled(case, &packing))?;
+            drop(packing);
+            match relax(job, &domain, Relaxation::new(engine), recorder)? {
+                Some(engine) => engine,
+                None => return Ok(None),
+            }
         }
+        // Contacts keep their memory: the bed stays as it lies.
+        Some(packing) => packing.into_engine(&domain, setup)?,
     };
+    if case.packs() {
+        engine.insert(&domain, &grains::placed(case, &job.beds))?;
+    }
     let engine = expecting(case, engine);
     within_box(job, &domain, &engine)?;
     let bed_height = recorder.measure_bed(&domain, &engine);
@@ -93,6 +100,18 @@ pub(super) fn solver(
         solver.set_carried(carrying, 0.0);
     }
     Ok(Some(solver))
+}
+
+/// The packed grains of this rank without those that reach above the level of their population, and with those held
+/// that are glued to the floor.
+pub(super) fn levelled(case: &Case, packing: &Packing) -> Vec<Grain> {
+    let bodies = packing.engine().bodies();
+    let lying = |grain: Grain| {
+        let body = &bodies[grain.shape as usize];
+        let glued = grains::after_packing(case, body, grain.shape, grain.scale, grain.position, grain.orientation)?;
+        Some(Grain { motion: if glued { Motion::WithWalls } else { grain.motion }, ..grain })
+    };
+    packing.bed().into_iter().filter_map(lying).collect()
 }
 
 /// The engine, told whether grains are fed in, and through which sides they leave a box that stands still: those that are open and hold

@@ -5,11 +5,12 @@ use sazanami::case::LoadedCase;
 use sazanami::check::{self, CostModel, Known};
 use sazanami::feasible;
 use sazanami::machine::{Machine, MemoryLimit};
+use sazanami::progress::StepLine;
 use sazanami::run;
 use sazanami::stop::Stop;
 use sazanami_numerics::Real;
 
-use crate::support::{Listener, On, Scratch, load};
+use crate::support::{Left, Listener, On, Scratch, go_on, load, start};
 
 /// Balls of 0.5 mm in a box of 8 mm, with these keys of the population in addition.
 fn case_text(keys: &str) -> String {
@@ -102,4 +103,42 @@ fn sizes_of_which_the_coarse_press_the_fine_flat_are_refused() {
     assert!(refused(&wide.replace("500 N/m", "20 N/m")));
     assert!(!refused(&wide), "negative control: stiffer springs bear it");
     assert!(!refused(&case_text(PAIR)) && !refused(&case_text("count = 600").replace("500 N/m", "20 N/m")));
+}
+
+#[test]
+fn a_levelled_bed_on_a_grid_is_flat_and_comes_to_rest_again() {
+    const BED: &str = "solver = \"mics\"\ngravity = \"9.8 m/s^2\"\n[domain]\nsize = [\"5 mm\", \"5 mm\", \"6 mm\"]\ncells = [10, 10, 12]\n\
+                       [material.sand]\ndensity = \"2650 kg/m^3\"\n[contact.default]\nnormal_stiffness = \"1e3 N/m\"\nrestitution = 0.4\n\
+                       friction = 0.6\n[[grains]]\nname = \"sand\"\ncount = 300\nshape.spheroid = { diameter = \"0.52 mm\", length = \"1.27 mm\" }\n\
+                       contact_spheres = \"axis(9)\"\nmaterial = \"sand\"\nplacement.packed = { lattice = \"low\" }\n\
+                       [output]\nfigures = { at = [] }\nfields = { at = [] }\n[run]\nuntil = \"0.1 ms\"\n";
+    const LEVEL: &str = "grains.0.placement.packed.level=\"2.4 mm\"";
+    let scratch = Scratch::new("levelled");
+    // Grains of the bed, the highest place of a contact sphere [mm] and the mean speed [m/s] as the run begins.
+    let begun = |name: &str, changes: &[&str], on: On| {
+        let folder = scratch.join(name);
+        start(&load(BED, changes), &folder, on).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let left = Left::in_folder(&folder);
+        let bed = &left.summary["observables"]["bed"];
+        let [height, speed] = ["height_mm", "mean_speed"].map(|name| bed[name].as_f64().expect("a number"));
+        (left.summary["counts"]["grains"].as_u64().expect("a number"), height, speed)
+    };
+    let (grains, height, speed) = begun("level", &[LEVEL], On::threads(2));
+    assert!((150..300).contains(&grains) && height < 2.45 && speed < 2e-3, "{grains} {height} {speed}");
+    assert_eq!(begun("ranks", &[LEVEL], On::ranks(2, 1)).0, grains);
+    // With a wave of its level it reaches higher.
+    let wave = "grains.0.placement.packed.ripples={ wavelength = \"5 mm\", height = \"0.8 mm\" }";
+    let (_, crest, _) = begun("wave", &[LEVEL, wave], On::threads(2));
+    assert!(crest > height + 0.15, "{crest} {height}");
+    // Negative control: as it was poured.
+    let (all, poured, _) = begun("poured", &[], On::threads(2));
+    assert!(all == 300 && poured > 2.6, "{all} {poured}");
+    // Broken off while it comes to rest, it goes on to the same bits.
+    let parts = scratch.join("parts");
+    let stop = Stop::new();
+    let relaxing = |line: &StepLine| line.phase == "relax" && line.step >= 20;
+    let mut listener = Listener { stop: Some(&stop), stop_after: Some(relaxing), ..Listener::default() };
+    run::run(&load(BED, &[LEVEL]), &On::threads(1).options(Some(&parts)), &mut listener, &stop).expect("it is stopped");
+    go_on(&parts, On::threads(1)).0.expect("the run goes on");
+    assert_eq!(Left::in_folder(&parts).hash(), Left::in_folder(&scratch.join("level")).hash());
 }
