@@ -297,6 +297,18 @@ impl PopulationKeys {
     fn counted(&self, table: &Table<'_>, cx: &mut Context<'_>) -> Option<usize> {
         let implied = match &self.placement {
             GrainPlacement::Packed(packing) => {
+                let thinnest = self.shape.size().map(|size| size * self.size.smallest());
+                if let (Some(level), Some(thinnest)) = (packing.highest_level(), thinnest)
+                    && level < thinnest
+                {
+                    cx.report
+                        .error(table.place("placement"), "no grain lies below the level of this bed")
+                        .label(format!("levelled at {} mm at most", rounded(1e3 * level)))
+                        .help(format!(
+                            "the thinnest grain is {} mm thick: take a higher `level`",
+                            rounded(1e3 * thinnest)
+                        ));
+                }
                 if table.has("count") {
                     return self.count;
                 }

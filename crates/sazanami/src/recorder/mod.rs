@@ -219,6 +219,14 @@ impl<'a, B: Observer> Recorder<'a, B> {
             report.largest_mean_speed,
             found.lying_order,
         ));
+        let grains = self.as_used(packing);
+        if case.levels() {
+            let (packed, left) = (self.grains.count(), grains.len());
+            job.say(format!("levelled: {} of {packed} grains are taken away", packed - left));
+            if left == packed {
+                job.say("warning: the bed lies below its level, which takes nothing away".to_owned());
+            }
+        }
         let bed = Bed {
             lower: case.domain.lower,
             upper: case.domain.upper,
@@ -235,7 +243,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
                 lying_order: found.lying_order,
                 time: report.time,
             },
-            grains: self.as_used(packing),
+            grains,
         };
         let path = packed_bed(case, &job.folder);
         bed.write(&path)?;

@@ -133,6 +133,20 @@ fn a_levelled_bed_on_a_grid_is_flat_and_comes_to_rest_again() {
     // Negative control: as it was poured.
     let (all, poured, _) = begun("poured", &[], On::threads(2));
     assert!(all == 300 && poured > 2.6, "{all} {poured}");
+    // What cannot be, and what does nothing, is told.
+    let refused = crate::support::findings(BED, &["grains.0.placement.packed.level=\"0.5 mm\""]);
+    assert!(refused.len() == 1 && refused[0].contains("no grain lies below the level"), "{refused:#?}");
+    let told = |number: &str, words: &str| {
+        let level = format!("grains.0.placement.packed.level=\"{number}\"");
+        let mut listener = Listener::default();
+        let folder = scratch.join(&format!("packed-{}-{}", number.len(), words.len()));
+        let options = On::threads(2).options(Some(&folder));
+        run::run(&load(BED, &[&level, "run.packing_only=true"]), &options, &mut listener, &Stop::new())
+            .expect("it packs");
+        listener.messages.iter().any(|message| message.contains(words))
+    };
+    assert!(told("2.4 mm", "of 300 grains are taken away") && !told("2.4 mm", "takes nothing away"));
+    assert!(told("5.50 mm", "takes nothing away"));
     // Broken off while it comes to rest, it goes on to the same bits.
     let parts = scratch.join("parts");
     let stop = Stop::new();
