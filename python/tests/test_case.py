@@ -31,7 +31,7 @@ def test_keys_are_read_in_si_units(case):
     assert case.domain.cells == [12, 12, 12]
     assert case.liquid[0].region.sphere.diameter == 3e-3
     assert case.liquid[-1].position == case["liquid.0.position"]
-    assert case.fluid.vof == "plic"
+    assert case.fluid.viscosity == "auto"
     assert len(case.liquid) == 1 and [one.position[2] for one in case.liquid] == [5e-3]
     assert "cfl" in case.fluid and "cfl" in dir(case.fluid) and "fluid" in dir(case)
     assert case.erosion.dr is None

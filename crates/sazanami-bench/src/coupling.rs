@@ -36,7 +36,7 @@ pub(crate) fn volume_fractions() -> Result<Timing, String> {
     let engine = paper.engine(&domain, &shape)?;
     let coupling = case.coupling;
     let shapes = [shape];
-    let mut imprint = Imprint::new(domain.cells(), coupling.volume_fraction);
+    let mut imprint = Imprint::new(domain.cells(), coupling.volume_fractions());
     let mut moved = engine.grains().clone();
     let way = 0.05 * domain.grid().spacing.min_element();
     let mut timing = Timing { unit: "s", ..Timing::default() };

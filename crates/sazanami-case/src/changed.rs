@@ -180,7 +180,7 @@ mod tests {
         cells = [12, 12, 12]
         [fluid]
         cfl = 0.3
-        vof = "plic"
+        viscosity = "auto"
         [[liquid]]
         region.sphere = { diameter = "3 mm" }
         position = ["4 mm", "4 mm", "5 mm"]
@@ -199,7 +199,7 @@ mod tests {
         assert_eq!(of("domain.cells").unwrap().default, DefaultValue::Required);
         assert_eq!(of("liquid.0.region.sphere.diameter").unwrap().value, "\"0.003 m\"");
         // Given, but as the default is: nothing changed.
-        assert_eq!(of("fluid.vof"), None);
+        assert_eq!(of("fluid.viscosity"), None);
         assert_eq!(of("title"), None);
         assert!(found.iter().all(|key| !key.about.is_empty()), "{found:#?}");
         // The copy of the case has every key, and as many changed ones.

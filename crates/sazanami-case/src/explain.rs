@@ -23,7 +23,7 @@ pub enum Explained {
     },
 }
 
-/// Explains the key with this path, such as `fluid.vof` or `grains.placement.packed.level`, or a key by its name alone;
+/// Explains the key with this path, such as `fluid.viscosity` or `grains.placement.packed.level`, or a key by its name alone;
 /// without a path, the tables.
 #[must_use]
 pub fn explain(path: &str) -> Explained {
@@ -160,7 +160,7 @@ fn table_text(path: &str, docs: &TableDoc) -> String {
         let _ = writeln!(text, "  {:width$}  {first}", key.name);
     }
     if path.is_empty() {
-        let _ = writeln!(text, "\n`sazanami explain KEY` says more, for example `sazanami explain fluid.vof`.");
+        let _ = writeln!(text, "\n`sazanami explain KEY` says more, for example `sazanami explain fluid.viscosity`.");
     }
     text
 }

@@ -11,8 +11,8 @@ use crate::driven::resists;
 use crate::presets::{Preset, Solver};
 use crate::read::Context;
 use crate::tables::{
-    BoundarySide, FluidName, GrainPlacement, GrainShape, LayerReference, Particles, Placement, ProbePlace, SIDE_NAMES,
-    SMOOTHING, TankMotion, place_of_side,
+    BoundarySide, FluidName, GrainPlacement, GrainShape, Particles, Placement, ProbePlace, SIDE_NAMES, SMOOTHING,
+    TankMotion, place_of_side,
 };
 use crate::units::{rounded, rounded_within};
 
@@ -57,7 +57,6 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     check_sides(case, cx);
     check_spheres(case, cx);
     warn_of_glued_beds(case, cx);
-    check_layers(case, cx);
     check_smoothing(case, cx);
     check_projection(case, cx, particles);
     check_turbulence(case, cx, particles);
@@ -258,16 +257,6 @@ fn warn_of_glued_beds(case: &Case, cx: &mut Context<'_>) {
                 .label(format!("up to {} mm, the bed is {} mm high", rounded(1e3 * glued), rounded(1e3 * level)))
                 .help("lower `glued`: three quarters of a grain size hold the lowest layer");
         }
-    }
-}
-
-/// Layers of the grains at the start need some then.
-fn check_layers(case: &Case, cx: &mut Context<'_>) {
-    let from_start = case.ripples.as_ref().is_some_and(|ripples| ripples.layers == LayerReference::Initial);
-    if from_start && case.grains.iter().all(|population| matches!(population.placement, GrainPlacement::Fed(_))) {
-        cx.report
-            .error(cx.places.at("ripples.layers"), "there are no grains at the start, of which `initial` layers are")
-            .help("`layers = \"floor\"` counts from the floor");
     }
 }
 

@@ -7,7 +7,11 @@ const OF_PUBLISHED: &str =
 /// Path of a key without positions in lists, the word that went (`None`: the key went), and what a case does instead; sorted
 /// by path and word.
 const REMOVED: &[(&str, Option<&str>, &str)] = &[
-    ("coupling.alpha", Some("subcell"), "choose `columns(n)`, which errs less than n^3 sub-cells, or `clip`"),
+    (
+        "coupling.alpha",
+        None,
+        "covered volumes are those of n x n columns a cell: `columns = 4`, the default, for `columns(4)`",
+    ),
     ("coupling.exchange", Some("auto"), "`surface`, the default, serves grains of any width; leave the key out"),
     (
         "coupling.exchange",
@@ -27,8 +31,13 @@ const REMOVED: &[(&str, Option<&str>, &str)] = &[
     ("coupling.torque_arm", None, "a force acts at the centroid of the covered part of its cell; leave the key out"),
     ("coupling.weighting", None, "grain and fluid in a shared cell count by their mass; leave the key out"),
     ("dem.multiplicity", None, "all spheres of a pair that touch act in full; leave the key out"),
+    (
+        "fluid.carrying_flow",
+        Some("rotation"),
+        "choose `reversed_vortex` or `deformation`, which bring a shape back as well, or `uniform`",
+    ),
     ("fluid.limiter", None, "velocities on faces are of third order, without a limiter; leave the key out"),
-    ("fluid.vof", Some("thinc_sw"), "choose `plic` or `thinc_wlic`"),
+    ("fluid.vof", None, "liquid is carried by a plane in every cell, `plic` before; leave the key out"),
     ("overlap.density_reference", None, "phi is 1 for touching spheres on a simple cubic lattice; leave the key out"),
     ("overlap.pressure_force", None, "grains feel the pressure of the same step; leave the key out"),
     ("overlap.reach", None, "grains read the water within `overlap.smoothing`; leave the key out"),
@@ -75,6 +84,11 @@ const REMOVED: &[(&str, Option<&str>, &str)] = &[
     ("particles.surface_test", None, OF_PUBLISHED),
     ("particles.weight", None, "the weight is Wendland's C2; leave the key out"),
     ("ripples.image_side", None, "the bed is measured across the whole tank, from no side; leave the key out"),
+    (
+        "ripples.layers",
+        Some("initial"),
+        "layers follow the grains: choose `floor`, or `surface` for those below the surface of the bed",
+    ),
 ];
 
 /// What a case does instead of the key at `path`, or of its word, where an earlier version had it.

@@ -224,7 +224,7 @@ mod tests {
         assert_eq!(found["domain"]["size"][2], json!(8e-3));
         assert_eq!(found["domain"]["cells"], json!([12, 12, 12]));
         assert_eq!(found["liquid"][0]["region"]["sphere"]["diameter"], json!(3e-3));
-        assert_eq!(found["fluid"]["vof"], json!("plic"));
+        assert_eq!(found["fluid"]["viscosity"], json!("auto"));
     }
 
     #[test]

@@ -78,14 +78,15 @@ fn keys_and_words_of_earlier_versions_are_refused_with_what_took_their_place() {
     );
     assert!(matches!(explain("overlap.sphere_drag"), Explained::Text(text) if text.contains("di_felice")));
     refused("coupling.friction=distance", "`friction` is no longer a key");
-    refused("coupling.alpha=subcell(4)", "`subcell` is no longer a choice");
-    refused("fluid.vof=thinc_sw", "`thinc_sw` is no longer a choice");
+    refused("coupling.alpha=columns(8)", "`alpha` is no longer a key | covered volumes are those of n x n columns");
+    refused("coupling.exchange=exact", "`exact` is no longer a choice");
+    refused("fluid.carrying_flow={ rotation = {} }", "`rotation` is no longer a choice");
     refused("particles={ spacing = \"1 mm\", weight = \"c2\" }", "`weight` is no longer a key | the weight is");
     let stabilised = "particles={ spacing = \"1 mm\", projection = \"enhanced\", stabilisation = \"off\" }";
     refused(stabilised, "`stabilisation` is no longer a key | `projection = \"enhanced\"` is stabilised as published");
     // Controls: a key and a word that never were.
     refused("overlap.sphere_dragg=dalla_valle", "unknown key `sphere_dragg`");
-    refused("fluid.vof=thinc_swd", "`thinc_swd` is not a choice for `vof`");
+    refused("coupling.exchange=exactt", "`exactt` is not a choice for `exchange`");
 }
 
 #[test]
@@ -107,7 +108,7 @@ fn every_key_is_explained_and_misspelt_ones_lead_to_it() {
         Explained::Unknown { meant, .. } => meant,
         known => panic!("{path}: {known:?}"),
     };
-    assert_eq!(meant("fluid.voff"), Some("fluid.vof".into()));
+    assert_eq!(meant("fluid.viscosty"), Some("fluid.viscosity".into()));
     assert_eq!(meant("erosion.rmax"), Some("erosion.r_max".into()));
     assert_eq!(meant("zzzzzzzz"), None);
     // What stands for a name below a named table is one: a misspelt key is not.

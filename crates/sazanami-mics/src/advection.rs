@@ -23,7 +23,7 @@ use sazanami_numerics::grid::GHOSTS;
 use sazanami_parallel::for_each_chunk;
 
 use crate::boundary::{Boundary, Opening};
-use crate::interface::{InterfaceScheme, RESIDUE, Wetting};
+use crate::interface::{RESIDUE, Wetting, donated};
 use crate::outside::place_on_side;
 use crate::slopes::{Slope, ThirdOrder, VanLeer};
 
@@ -40,16 +40,6 @@ choices! {
         #[unlisted]
         Off = "off",
     }
-}
-
-/// Time level of velocity and `c_c` in the dilatation term of a sweep.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Dilatation {
-    /// Before the first sweep: conservative.
-    #[default]
-    Frozen,
-    /// Before each sweep: liquid and momentum drift. A negative control.
-    EverySweep,
 }
 
 /// Liquid fraction and velocity on all cells of a rank.
@@ -76,7 +66,6 @@ pub(crate) struct Sweep<'a> {
     pub dt_dx: Real,
     /// Normal velocity on the faces of `direction` [m/s].
     pub face_velocity: &'a [Real],
-    pub interface: InterfaceScheme,
     pub wetting: Wetting,
     pub convection: Convection,
     /// Density is `density[0] + density[1] C` [kg/m^3].
@@ -184,7 +173,7 @@ impl<'a> Sweep<'a> {
         for (i, (&courant, liquid)) in courant.iter().zip(liquid).enumerate() {
             let donor = if courant > 0.0 { start + i - behind } else { start + i };
             if c[donor] > 0.0 && c[donor] < 1.0 && courant != 0.0 {
-                *liquid = self.interface.donated(&self.wetting.neighbourhood(c, donor), self.direction, courant);
+                *liquid = donated(&self.wetting.neighbourhood(c, donor), self.direction, courant);
             }
         }
     }

@@ -18,13 +18,6 @@ pub enum CarryingFlow {
         /// Velocity [m/s].
         velocity: Vector,
     },
-    /// Rotation as a rigid body (Zalesak 1979, J. Comput. Phys. 31).
-    Rotation {
-        /// A point of the axis \[m].
-        centre: Vector,
-        /// Angular velocity [rad/s].
-        angular_velocity: Vector,
-    },
     /// The reversed single vortex of Rider and Kothe (1998, J. Comput. Phys. 141) in the plane of x1 and x3: stream function
     /// `speed L1 sin^2(pi x1/L1) sin^2(pi x3/L3) cos(pi t/period) / pi`. After a period all liquid is back.
     ReversedVortex {
@@ -75,16 +68,11 @@ impl CarryingFlow {
         }))
     }
 
-    /// Upper bounds of its components in a box of this lower corner and these edges \[m] [m/s].
+    /// Upper bounds of its components in a box of these edges \[m] [m/s].
     #[must_use]
-    pub fn largest(&self, lower: Vector, extent: Vector) -> Vector {
+    pub fn largest(&self, extent: Vector) -> Vector {
         match *self {
             Self::Uniform { velocity } => velocity.abs(),
-            Self::Rotation { centre, angular_velocity } => {
-                let corner = |n: usize| Vector::from_array([0, 1, 2].map(|d| (n >> d & 1) as Real));
-                let at = |n: usize| angular_velocity.cross(lower + corner(n) * extent - centre).abs();
-                (0..8).map(at).fold(Vector::ZERO, Vector::max)
-            }
             Self::ReversedVortex { speed, .. } => speed.abs() * Vector::new(extent.x / extent.z, 0.0, 1.0),
             Self::Deformation { speed, .. } => speed.abs() * Vector::new(2.0, 1.0, 1.0) * extent / extent.x,
         }
@@ -95,9 +83,6 @@ impl CarryingFlow {
     pub fn crosses_sides(&self) -> [bool; 3] {
         match self {
             Self::Uniform { velocity } => velocity.to_array().map(|u| u != 0.0),
-            Self::Rotation { angular_velocity: w, .. } => {
-                [0, 1, 2].map(|d| w[(d + 1) % 3] != 0.0 || w[(d + 2) % 3] != 0.0)
-            }
             Self::ReversedVortex { .. } | Self::Deformation { .. } => [false; 3],
         }
     }
@@ -110,10 +95,6 @@ impl CarryingFlow {
         let modulation = |period: Real| (PI * time / period).cos();
         match *self {
             Self::Uniform { velocity } => velocity[d],
-            Self::Rotation { centre, angular_velocity } => {
-                let [i, j, k] = cell;
-                angular_velocity.cross(grid.centre(i, j, k) - centre)[d]
-            }
             Self::ReversedVortex { speed, period } => {
                 let stream = |i: isize, k: isize| {
                     let (x, z) = ((PI * i as Real * part[0]).sin(), (PI * k as Real * part[2]).sin());
@@ -171,7 +152,6 @@ mod tests {
     fn the_flows_are_free_of_divergence_on_the_faces() {
         let flows = [
             CarryingFlow::Uniform { velocity: Vector::new(1.0, -2.0, 0.5) },
-            CarryingFlow::Rotation { centre: Vector::splat(0.2), angular_velocity: Vector::new(1.0, 3.0, -2.0) },
             CarryingFlow::ReversedVortex { speed: 2.0, period: 8.0 },
             CarryingFlow::Deformation { speed: 0.5, period: 3.0 },
         ];

@@ -2,20 +2,15 @@
 
 use sazanami_numerics::choices;
 
-use crate::advection::{Convection, Dilatation};
-use crate::interface::InterfaceScheme;
+use crate::advection::Convection;
 
 /// Numerical schemes of the fluid phase; the default is recommended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Schemes {
-    /// Reconstruction of the interface.
-    pub interface: InterfaceScheme,
     /// Convection of momentum.
     pub convection: Convection,
     /// Time integration of the viscous stress.
     pub viscosity: ViscosityScheme,
-    /// Dilatation term of the sweeps.
-    pub dilatation: Dilatation,
     /// Convecting face velocity.
     pub carrier: Carrier,
 }

@@ -4,7 +4,7 @@
 use sazanami_numerics::domain::{Domain, GhostRules};
 use sazanami_numerics::{Real, Vector};
 
-use crate::advection::{Convection, Dilatation, Frozen, Sweep};
+use crate::advection::{Convection, Frozen, Sweep};
 use crate::boundary::Boundary;
 use crate::flow::{Flow, StateFields};
 use crate::grains::GrainPhase;
@@ -111,14 +111,12 @@ impl Flow {
                 direction,
                 dt_dx: dt / domain.grid().spacing[direction],
                 face_velocity: [&*f1, &*f2, &*f3][direction].data(),
-                interface: schemes.interface,
                 wetting,
                 convection: schemes.convection,
                 density,
                 openings: Sweep::openings_of(domain, boundary, direction),
                 outside: [0, 1].map(|side| outside.map_or(&[][..], |outside| outside.fraction(direction, side))),
             };
-            let frozen_in = |kept| if schemes.dilatation == Dilatation::Frozen { kept } else { Frozen::Read };
             let from = [&now, &a, &b][number].read();
             let entered = [0, 1].map(|side| sweep.entered(from, side, mass_density));
             report.add_inflow(domain, direction, entered);
@@ -128,11 +126,11 @@ impl Flow {
                     &mut a
                 }
                 1 => {
-                    sweep.run(a.read(), frozen_in(Frozen::Kept(now.read())), b.write());
+                    sweep.run(a.read(), Frozen::Kept(now.read()), b.write());
                     &mut b
                 }
                 _ => {
-                    sweep.run(b.read(), frozen_in(Frozen::Overwritten), now.write());
+                    sweep.run(b.read(), Frozen::Overwritten, now.write());
                     &mut now
                 }
             };

@@ -1,6 +1,7 @@
-//! Corrected gradient of the pressure (GC).
+//! Corrected gradient of the pressure, with the inverse moment matrix: exact for linear fields on any arrangement (GC, Khayyer & Gotoh
+//! 2011).
 
-use sazanami_numerics::{Matrix, Real, Vector};
+use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
 use crate::context::Context;
@@ -9,7 +10,7 @@ use crate::moments::{add, full, inverse};
 use crate::neighbours::ROWS;
 use crate::particles::{Kind, Particles, Role};
 use crate::reductions::sum_of;
-use crate::scheme::{GradientForm, Kernel};
+use crate::scheme::Kernel;
 use crate::weight::COINCIDENT;
 
 /// Sets the gradient of the reduced pressure of each own particle; returns the number of those left uncorrected, over all
@@ -26,7 +27,7 @@ pub(crate) fn gradient(
     uncorrected.resize(*owned, false);
     let weight_of_fluid = step.settings.fluid.density * step.reduced_force;
     let field = PressureField { pressure, position, inverse_void, roles: role, kind, weight_of_fluid };
-    gradient_of((step.kernel, GradientForm::Corrected), blocks, &field, &mut gradient[..*owned], uncorrected);
+    gradient_of(step.kernel, blocks, &field, &mut gradient[..*owned], uncorrected);
     let uncorrected = &uncorrected[..];
     step.domain.sum(sum_of(*owned, |a| [if uncorrected[a] { 1.0 } else { 0.0 }]))[0] as usize
 }
@@ -45,7 +46,7 @@ pub(crate) struct PressureField<'a> {
 /// Gradient of the reduced pressure at each own fluid particle, and whether it was left uncorrected. The total pressure
 /// gradient at isolated particles is zero.
 pub(crate) fn gradient_of(
-    (kernel, form): (&Kernel, GradientForm),
+    kernel: &Kernel,
     blocks: &[Block],
     field: &PressureField<'_>,
     into: &mut [Vector],
@@ -81,11 +82,7 @@ pub(crate) fn gradient_of(
                 add(&mut matrix, share, apart);
                 sum += (share * (pressure[b] - pressure[a])) * apart;
             }
-            let corrected = match form {
-                GradientForm::Corrected => inverse(&matrix, support),
-                GradientForm::Classical => Some(Matrix::from_diagonal(Vector::splat(3.0 / sums.others))),
-            };
-            *gradient = match corrected {
+            *gradient = match inverse(&matrix, support) {
                 Some(inverse) => inverse * sum,
                 None => {
                     // Too little support for the correction: plain gradient of the total pressure.

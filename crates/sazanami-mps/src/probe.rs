@@ -12,7 +12,7 @@ use crate::matrix::Block;
 use crate::neighbours::{Neighbours, ROWS};
 use crate::number_density::{self, NumberDensity, PredictedPairs, Prediction, Sample};
 use crate::particles::{Kind, ParticleRecord, Particles, Role};
-use crate::scheme::{GradientForm, Kernel, Scheme};
+use crate::scheme::{Kernel, Scheme};
 use crate::viscosity::ViscousField;
 
 /// Fluid particles of spacing 1 without walls, all with the same inverse void fraction.
@@ -109,12 +109,12 @@ impl Probe {
 
     /// Gradient of a pressure \[Pa] at each particle [Pa/m].
     #[must_use]
-    pub fn gradient(&self, form: GradientForm, pressure: &[Real]) -> Vec<Vector> {
+    pub fn gradient(&self, pressure: &[Real]) -> Vec<Vector> {
         let Particles { kind, position, role, owned, .. } = &self.particles;
         let (inverse_void, weight_of_fluid) = (&self.inverse_void[..], Vector::ZERO);
         let field = PressureField { pressure, position, inverse_void, roles: role, kind, weight_of_fluid };
         let (mut found, mut uncorrected) = (vec![Vector::ZERO; *owned], vec![false; *owned]);
-        gradient_of((&self.kernel, form), &self.equation, &field, &mut found, &mut uncorrected);
+        gradient_of(&self.kernel, &self.equation, &field, &mut found, &mut uncorrected);
         found
     }
 }

@@ -33,15 +33,6 @@ choices! {
     }
 }
 
-/// Gradient of the pressure of [`ParticleProjection::Enhanced`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum GradientForm {
-    /// With the inverse moment matrix: exact for linear fields on any arrangement (GC, Khayyer & Gotoh 2011).
-    Corrected,
-    /// Normalised by the number density, exact on a cubic lattice only: a negative control of the operators.
-    Classical,
-}
-
 /// Distance below which dynamic stabilisation repels a pair (DS, Tsuruta, Khayyer & Gotoh 2013), over the mean size of its
 /// particles. With 0.85 (one minus the Courant number) still water on a disordered arrangement gains energy
 /// (`docs/decisions/0006-moving-particles.md`).

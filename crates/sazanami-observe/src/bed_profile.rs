@@ -88,8 +88,6 @@ fn mean_below_zero(mut z: [Real; 3]) -> Real {
 /// Speeds of the grains of a bed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Motion {
-    /// Magnitude of the mean velocity of the grains [m/s].
-    pub speed_of_mean: Real,
     /// Mean of the grains' speeds [m/s].
     pub mean_speed: Real,
     /// Largest speed [m/s].
@@ -101,15 +99,8 @@ pub struct Motion {
 pub fn motion(bed: &BedView) -> Motion {
     let count = bed.len().max(1) as Real;
     let velocity = bed.velocity;
-    let [x, y, z, speeds] = sum_over(bed.len(), |grain| {
-        let u = velocity[grain];
-        [u.x, u.y, u.z, u.length()]
-    });
-    Motion {
-        speed_of_mean: Vector::new(x, y, z).length() / count,
-        mean_speed: speeds / count,
-        largest_speed: max_over(bed.len(), |grain| velocity[grain].length()).max(0.0),
-    }
+    let [speeds] = sum_over(bed.len(), |grain| [velocity[grain].length()]);
+    Motion { mean_speed: speeds / count, largest_speed: max_over(bed.len(), |grain| velocity[grain].length()).max(0.0) }
 }
 
 /// Orientation of the long axes against the vertical.
@@ -120,8 +111,6 @@ pub struct Orientation {
     pub vertical_order: Real,
     /// The same read as flatness, `-2` times it: 1 all lying, 0 at random, -2 upright.
     pub lying_order: Real,
-    /// Mean angle between long axis and horizontal plane \[rad]; 0.571 (1 rad less than pi/2) at random.
-    pub mean_inclination: Real,
     /// Number of grains that have a long axis.
     pub grains: usize,
 }
@@ -129,19 +118,12 @@ pub struct Orientation {
 /// Orientation of the grains that have a long axis; `None` if there are none.
 #[must_use]
 pub fn orientation(bed: &BedView) -> Option<Orientation> {
-    let [count, squares, inclinations] = sum_over(bed.len(), |grain| {
-        bed.body_of(grain).long_axis.map_or([0.0; 3], |axis| {
-            let cosine = (bed.orientation[grain] * axis).z;
-            [1.0, cosine * cosine, cosine.abs().min(1.0).asin()]
-        })
+    let [count, squares] = sum_over(bed.len(), |grain| {
+        let long_axis = bed.body_of(grain).long_axis;
+        long_axis.map_or([0.0; 2], |axis| [1.0, (bed.orientation[grain] * axis).z.powi(2)])
     });
     let vertical_order = 1.5 * squares / count - 0.5;
-    (count > 0.0).then(|| Orientation {
-        vertical_order,
-        lying_order: -2.0 * vertical_order,
-        mean_inclination: inclinations / count,
-        grains: count as usize,
-    })
+    (count > 0.0).then(|| Orientation { vertical_order, lying_order: -2.0 * vertical_order, grains: count as usize })
 }
 
 #[cfg(test)]
@@ -239,10 +221,10 @@ mod tests {
     }
 
     #[test]
-    fn speeds_and_their_mean_differ() {
+    fn speeds_are_magnitudes() {
         let mut bed = Bed::new(1.0, vec![Vector::ZERO; 2]);
         bed.velocity = vec![Vector::new(0.0, 3.0, 0.0), Vector::new(0.0, -1.0, 0.0)];
-        assert_eq!(bed.view(motion), Motion { speed_of_mean: 1.0, mean_speed: 2.0, largest_speed: 3.0 });
+        assert_eq!(bed.view(motion), Motion { mean_speed: 2.0, largest_speed: 3.0 });
         assert_eq!(Bed::new(1.0, Vec::new()).view(motion), Motion::default());
     }
 
@@ -256,12 +238,12 @@ mod tests {
         assert!((upright.vertical_order - 1.0).abs() < 1e-14 && (upright.lying_order + 2.0).abs() < 1e-14);
         bed.orientation.fill(Quaternion::from_rotation_x(FRAC_PI_2));
         let lying = bed.view(orientation).unwrap();
-        assert!((lying.lying_order - 1.0).abs() < 1e-12 && lying.mean_inclination.abs() < 1e-12);
+        assert!((lying.lying_order - 1.0).abs() < 1e-12);
         for (n, turn) in bed.orientation.iter_mut().enumerate() {
             let cosine = (n as Real + 0.5) / f64::from(count);
             *turn = Quaternion::from_rotation_x(cosine.acos());
         }
         let random = bed.view(orientation).unwrap();
-        assert!(random.vertical_order.abs() < 1e-6 && (random.mean_inclination - (FRAC_PI_2 - 1.0)).abs() < 1e-5);
+        assert!(random.vertical_order.abs() < 1e-6);
     }
 }

@@ -125,6 +125,7 @@ pub const CASES: &[Case] = &[
     case!("incline"),
     case!("drop-on-bed"),
     case!("drop-on-bed-inviscid"),
+    case!("literal-mics"),
     case!("added-mass"),
     case!("drag"),
     case!("spinning-sphere"),

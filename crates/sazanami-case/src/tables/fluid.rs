@@ -2,7 +2,6 @@
 
 use sazanami_case_derive::Keys;
 use sazanami_mics::advection::Convection;
-use sazanami_mics::interface::InterfaceScheme;
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::stability::StepLimits;
 use sazanami_mics::viscosity::ViscosityScheme;
@@ -180,9 +179,6 @@ impl StepKeys {
 #[derive(Clone, Copy, Debug, PartialEq, Keys)]
 #[keys(check = Self::check)]
 pub struct FluidOptions {
-    /// Transport of the liquid's volume.
-    #[key(word, default)]
-    pub vof: InterfaceScheme,
     /// Form of the convection of momentum.
     #[key(word, default, paper_literal = (Yagyu, Convection::VelocityForm,
           "eq. (3) is written for the velocity, not for momentum"))]

@@ -25,8 +25,6 @@ choices! {
         Floor = "floor",
         /// From the surface of the bed, where grains and water are now.
         Surface = "surface",
-        /// From the floor, where each grain lay at the start.
-        Initial = "initial",
     }
 }
 

@@ -87,15 +87,6 @@ enum CarryingFlow {
         #[key(unit = "m/s")]
         velocity: Vector,
     },
-    /// Rotation as a rigid body (Zalesak 1979).
-    Rotation {
-        /// A point of the axis.
-        #[key(unit = "m")]
-        centre: Vector,
-        /// Angular velocity.
-        #[key(unit = "rad/s")]
-        angular_velocity: Vector,
-    },
     /// Reversed vortex of Rider & Kothe (1998) in x1 and x3: stream function
     /// `U L1/pi sin^2(pi x1/L1) sin^2(pi x3/L3) cos(pi t/T)`.
     ReversedVortex {

@@ -11,10 +11,10 @@ use crate::words;
 #[command(
     long_about = "Explain a key of case files: its meaning, unit, range and default, what `preset = \"paper_literal\"` \
                   sets and why, and the words it can have. Without a key, list the tables.",
-    after_help = "Example:\n  sazanami explain fluid.vof\n  sazanami explain grains.placement.packed"
+    after_help = "Example:\n  sazanami explain fluid.viscosity\n  sazanami explain grains.placement.packed"
 )]
 pub struct Explain {
-    /// Path of the key, such as fluid.vof, or its name alone
+    /// Path of the key, such as fluid.viscosity, or its name alone
     #[arg(value_parser = words::KEY, hide_possible_values = true)]
     key: Option<String>,
 }

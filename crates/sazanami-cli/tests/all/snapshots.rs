@@ -109,7 +109,7 @@ fn errors_in_overrides_point_to_the_override() {
             "--set",
             "liquid.0.fall.speed=9 mm",
             "--set",
-            "fluid.vofs=plic",
+            "fluid.viscositys=auto",
         ],
     );
     compare("wrong_overrides.txt", &text).unwrap_or_else(|difference| panic!("{difference}"));

@@ -85,9 +85,7 @@ pub struct ImprintReport {
     pub evaluated: usize,
     /// Largest relative error of a grain's sampled volume before correction.
     pub worst_volume_error: Real,
-    /// Cells whose solid fractions sum to more than one.
-    pub overfull_cells: usize,
-    /// Solid volume in excess of one in such cells [m^3].
+    /// Solid volume in excess of one in cells whose solid fractions sum to more [m^3].
     pub overfull_volume: Real,
     /// Volume of grains outside the box, where they overlap walls in contact [m^3].
     pub outside_volume: Real,
@@ -300,7 +298,7 @@ pub struct Imprint {
     by_block: Vec<u32>,
     place: Vec<u32>,
     planes: Planes,
-    overfull: Vec<(usize, Real)>,
+    overfull: Vec<Real>,
     covered: Vec<bool>,
     /// Rows that were covered when areas were last summed.
     has_area: Vec<bool>,
@@ -334,7 +332,7 @@ impl Imprint {
             by_block: Vec::new(),
             place: Vec::new(),
             planes: Planes::new(n3),
-            overfull: vec![(0, 0.0); n3],
+            overfull: vec![0.0; n3],
             covered: vec![false; n2 * n3],
             has_area: vec![false; n2 * n3],
             rows: n2,
@@ -448,14 +446,12 @@ impl Imprint {
     fn report(&self, domain: &Domain, owned: usize) -> ImprintReport {
         let evaluated: usize = self.groups.iter().map(|group| group.evaluated).sum();
         let worst = self.groups.iter().map(|group| group.worst_volume_error).fold(0.0, Real::max);
-        let cells: usize = self.overfull.iter().map(|plane| plane.0).sum();
-        let excess: Real = self.overfull.iter().map(|plane| plane.1).sum();
+        let excess: Real = self.overfull.iter().sum();
         let outside: Real = self.groups.iter().flat_map(|group| &group.outside).take(owned).sum();
-        let [evaluated, cells, excess, outside] = domain.sum([evaluated as Real, cells as Real, excess, outside]);
+        let [evaluated, excess, outside] = domain.sum([evaluated as Real, excess, outside]);
         ImprintReport {
             evaluated: evaluated as usize,
             worst_volume_error: domain.max(worst),
-            overfull_cells: cells as usize,
             overfull_volume: excess * domain.grid().cell_volume(),
             outside_volume: outside,
         }
@@ -496,12 +492,11 @@ impl Imprint {
                     covered[at / width - GHOSTS] = true;
                 }
             });
-            overfull[0] = (0, 0.0);
+            overfull[0] = 0.0;
             for j in (0..n2).filter(|&j| covered[j]) {
                 let start = (j + GHOSTS) * width + GHOSTS;
                 for &alpha in alpha[start..start + n1].iter().filter(|&&alpha| alpha > 1.0) {
-                    overfull[0].0 += 1;
-                    overfull[0].1 += alpha - 1.0;
+                    overfull[0] += alpha - 1.0;
                 }
             }
         });

@@ -37,14 +37,28 @@ const BURIED: Real = 1e-9;
 const ROUND_UP: Real = 1.0 + 1e-12;
 
 /// Coupling of fluid and grains.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coupling {
     /// Scheme of the momentum exchange.
     pub exchange: Exchange,
-    /// Evaluation of the volume fractions.
-    pub volume_fraction: VolumeFractionMethod,
+    /// Columns to the edge of a cell in which volume fractions are evaluated, 1 to 64.
+    pub columns: usize,
     /// Number of contact sub-steps in a step.
     pub substeps: Substeps,
+}
+
+impl Default for Coupling {
+    fn default() -> Self {
+        Self { exchange: Exchange::default(), columns: 4, substeps: Substeps::default() }
+    }
+}
+
+impl Coupling {
+    /// Evaluation of the volume fractions.
+    #[must_use]
+    pub fn volume_fractions(&self) -> VolumeFractionMethod {
+        VolumeFractionMethod::Columns { per_axis: self.columns.clamp(1, 64) as u8 }
+    }
 }
 
 /// State of the coupling with each grain between steps, also when it migrates to another rank: the grain's state before the contacts
@@ -118,7 +132,7 @@ impl GrainPhase {
             widths: shapes.iter().map(|shape| (shape.extent().1 - shape.extent().0).min_element()).collect(),
             shapes,
             coupling,
-            imprint: Imprint::new(cells, coupling.volume_fraction).with_areas(surfaces),
+            imprint: Imprint::new(cells, coupling.volume_fractions()).with_areas(surfaces),
             surface: Surface::new(if surfaces { cells } else { [0; 3] }),
             joint: Joint::default(),
             stress_impulse: {

@@ -14,11 +14,9 @@
 mod normal;
 mod plic;
 mod residue;
-mod thinc;
 mod wetting;
 
 use sazanami_numerics::Real;
-use sazanami_numerics::choices;
 
 pub use normal::{mixed_normal, youngs_normal};
 pub use plic::{Facet, Plane, plane_constant, volume_below};
@@ -29,29 +27,11 @@ pub(crate) use wetting::Wetting;
 /// Liquid fractions of a cell and its 26 neighbours, x1 fastest; the cell itself has index 13.
 pub type Neighbourhood = [Real; 27];
 
-choices! {
-    /// Reconstruction of the interface for the liquid fluxes.
-    #[derive(Default)]
-    pub enum InterfaceScheme {
-        /// A plane in every cell (piecewise linear interface), mixed Youngs-centred normals.
-        #[default]
-        Plic = "plic",
-        /// Hyperbolic-tangent profiles weighted by the normal (Yokoi 2007), steepness 3.5.
-        ThincWlic = "thinc_wlic",
-    }
-}
-
-impl InterfaceScheme {
-    /// Liquid that a cell with `0 < C < 1` in the centre of `cells` gives through the face in
-    /// `direction` it loses fluid by, as a part of the cell's volume and signed like `courant`,
-    /// the signed part of the cell that leaves.
-    #[must_use]
-    pub fn donated(self, cells: &Neighbourhood, direction: usize, courant: Real) -> Real {
-        match self {
-            Self::Plic => Plane::through(cells).map_or(cells[13] * courant, |plane| plane.donated(direction, courant)),
-            Self::ThincWlic => thinc::weighted(cells, direction, courant),
-        }
-    }
+/// Liquid that a cell with `0 < C < 1` in the centre of `cells` gives through the face in
+/// `direction` it loses fluid by, as a part of the cell's volume and signed like `courant`,
+/// the signed part of the cell that leaves: what a plane in the cell cuts off (piecewise linear interface).
+pub(crate) fn donated(cells: &Neighbourhood, direction: usize, courant: Real) -> Real {
+    Plane::through(cells).map_or(cells[13] * courant, |plane| plane.donated(direction, courant))
 }
 
 /// The neighbourhood of the cell at place `at` of a field with these strides.

@@ -79,8 +79,6 @@ pub struct ShapeReport {
     pub volume_error: Option<Real>,
     /// Largest relative deviation of a principal moment per unit density from the exact one, where there is one.
     pub inertia_error: Option<Real>,
-    /// The same with both divided by their volume: the error of the squared radii of gyration.
-    pub gyration_error: Option<Real>,
     /// Principal moments per unit density [m^5].
     pub principal_inertia: Vector,
     /// Shape of the tetrahedra.
@@ -321,9 +319,6 @@ impl Shape {
             volume: self.volume,
             volume_error: self.exact.map(|s| self.volume / s.volume() - 1.0),
             inertia_error: self.exact.map(|s| relative(self.principal_inertia, s.principal_inertia())),
-            gyration_error: self
-                .exact
-                .map(|s| relative(self.principal_inertia / self.volume, s.principal_inertia() / s.volume())),
             principal_inertia: self.principal_inertia,
             quality: self.mesh.quality(),
             contact_spheres: self.contact_spheres.len(),

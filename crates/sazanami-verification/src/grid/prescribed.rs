@@ -9,15 +9,13 @@ use sazanami_mics::ball::ball;
 use sazanami_mics::boundary::Boundary;
 use sazanami_mics::carrying::CarryingFlow;
 use sazanami_mics::flow::{Flow, Fluids, Schemes};
-use sazanami_mics::interface::{InterfaceScheme, ResidueReport};
+use sazanami_mics::interface::ResidueReport;
 
 /// Errors of a shape that came back.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapeError {
     /// Sum of `|C - C_0|` times the cell volume.
     pub shape: Real,
-    /// The same over the volume of the shape.
-    pub relative_shape: Real,
     /// Change of the volume over the volume; what was cut with the residue is not counted.
     pub volume: Real,
     /// Smallest and largest fraction met after any step.
@@ -30,13 +28,12 @@ pub struct ShapeError {
 
 /// A sphere of radius 0.25 carried along the diagonal of a periodic unit cube of `n`^3 cells once.
 #[must_use]
-pub fn translation(n: usize, scheme: InterfaceScheme) -> ShapeError {
+pub fn translation(n: usize) -> ShapeError {
     let grid = Grid::new([n; 3], Vector::ZERO, Vector::ONE);
     let shape = (Vector::new(0.5, 0.45, 0.55), 0.25);
     carry(
         grid,
         Boundary::all_periodic(),
-        scheme,
         shape,
         (1.0, 0.43 / 3.0 / n as Real),
         CarryingFlow::Uniform { velocity: Vector::ONE },
@@ -46,26 +43,26 @@ pub fn translation(n: usize, scheme: InterfaceScheme) -> ShapeError {
 /// The reversed single vortex of Rider and Kothe (1998) with period 8 on `n` x `n` cells: a circle of
 /// radius 0.15 at (0.5, 0.75).
 #[must_use]
-pub fn reversed_vortex(n: usize, scheme: InterfaceScheme) -> ShapeError {
+pub fn reversed_vortex(n: usize) -> ShapeError {
     let h = 1.0 / n as Real;
     // x2 is the thin direction; the flow is in x1 and x3.
     let grid = Grid::new([n, 1, n], Vector::ZERO, Vector::new(1.0, h, 1.0));
     let shape = (Vector::new(0.5, 0.0, 0.75), 0.15);
     let period = 8.0;
     let vortex = CarryingFlow::ReversedVortex { speed: 1.0, period };
-    carry(grid, thin(1), scheme, shape, (period, 0.4 * h), vortex)
+    carry(grid, thin(1), shape, (period, 0.4 * h), vortex)
 }
 
 /// The three-dimensional deformation of LeVeque (1996) with period 3 on `n`^3 cells: a sphere of
 /// radius 0.15 at (0.35, 0.35, 0.35).
 #[must_use]
-pub fn deformation(n: usize, scheme: InterfaceScheme) -> ShapeError {
+pub fn deformation(n: usize) -> ShapeError {
     let h = 1.0 / n as Real;
     let grid = Grid::new([n; 3], Vector::ZERO, Vector::ONE);
     let shape = (Vector::splat(0.35), 0.15);
     let period = 3.0;
     let deformation = CarryingFlow::Deformation { speed: 1.0, period };
-    carry(grid, Boundary::closed(), scheme, shape, (period, 0.16 * h), deformation)
+    carry(grid, Boundary::closed(), shape, (period, 0.16 * h), deformation)
 }
 
 /// Walls all round, but periodic in the thin direction.
@@ -79,14 +76,13 @@ fn thin(direction: usize) -> Boundary {
 fn carry(
     grid: Grid,
     boundary: Boundary,
-    scheme: InterfaceScheme,
     (centre, radius): (Vector, Real),
     (time, dt): (Real, Real),
     velocity: CarryingFlow,
 ) -> ShapeError {
     let domain = Domain::solo(grid, boundary.periodic());
     let fluids = Fluids { liquid_density: 1e3, gas_density: 1.0, liquid_viscosity: 0.0, gas_viscosity: 0.0 };
-    let schemes = Schemes { interface: scheme, convection: Convection::Off, ..Schemes::default() };
+    let schemes = Schemes { convection: Convection::Off, ..Schemes::default() };
     let mut flow = Flow::new(&domain, fluids, schemes);
     flow.volume_fraction = ball(&domain, centre, radius, 16);
     let start = flow.volume_fraction.clone();
@@ -109,10 +105,8 @@ fn carry(
         domain.sum_rows(&domain.interior(), |row| [row.shifted(0).map(|at| (c[at] - c0[at]).abs()).sum()]);
     // Per unit of depth where the grid is one cell thick.
     let depth: Real = (0..3).filter(|&d| grid.cells[d] == 1).map(|d| grid.spacing[d]).product();
-    let shape = difference * grid.cell_volume();
     ShapeError {
-        shape: shape / depth,
-        relative_shape: shape / volume,
+        shape: difference * grid.cell_volume() / depth,
         volume: (flow.liquid_volume(&domain) - volume - residue.clipped_volume) / volume,
         range,
         residue,

@@ -2,7 +2,7 @@
 
 use sazanami_dem::Random;
 use sazanami_mps::probe::Probe;
-use sazanami_mps::scheme::{GradientForm, Scheme};
+use sazanami_mps::scheme::Scheme;
 use sazanami_mps::weight::{Calibration, Weight};
 use sazanami_numerics::{Real, Vector};
 
@@ -32,7 +32,7 @@ pub struct Operators {
     pub equation_error: Real,
     /// Root mean square error of the gradient of a quadratic field of unit curvature (GC), in spacings.
     pub gradient_error: Real,
-    /// The same for a gradient of 1 that is not corrected.
+    /// The same for a gradient of 1 that is not corrected but normalised by the number density, exact on a cubic lattice only.
     pub plain_gradient_error: Real,
     /// Part of the pairs whose coefficient in the pressure equation was cut to zero.
     pub cut: Real,
@@ -101,8 +101,14 @@ impl Cloud {
             self.probe.pressure_row(a).map(|(b, c)| c * bowl(b)).sum::<Real>()
         };
         let [_, equation_error] = self.statistics(1.0, row);
-        let corrected = self.probe.gradient(GradientForm::Corrected, &self.values(|x| 0.5 * x.length_squared()));
-        let plain = self.probe.gradient(GradientForm::Classical, &self.values(|x| x.x));
+        let corrected = self.probe.gradient(&self.values(|x| 0.5 * x.length_squared()));
+        let plain = |a: usize| {
+            let share = |(b, _): (usize, Real)| {
+                let apart = position[b] - position[a];
+                self.weight.value(apart.length()) / apart.length_squared() * apart.x * apart
+            };
+            3.0 / self.sums.others * self.probe.pressure_row(a).map(share).sum::<Vector>()
+        };
         let [density, density_error] = self.statistics(1.0, |a| flow[a].density / self.sums.number_density);
         let [divergence, divergence_error] = self.statistics(0.5, |a| -flow[a].rate);
         let [laplacian, laplacian_error] = self.statistics(1.0, centred);
@@ -115,7 +121,7 @@ impl Cloud {
             laplacian_error,
             equation_error,
             gradient_error: self.mean(|a| (corrected[a] - position[a]).length_squared()).sqrt(),
-            plain_gradient_error: self.mean(|a| (plain[a] - Vector::X).length_squared()).sqrt(),
+            plain_gradient_error: self.mean(|a| (plain(a) - Vector::X).length_squared()).sqrt(),
             cut: self.cut(),
         }
     }

@@ -9,7 +9,7 @@ use sazanami_mps::boundary::{Side, Tank, WallFriction};
 use sazanami_mps::grains::{AddedMass, Coupling, DragExchange, DragParameters, GrainPhase, Lift};
 use sazanami_mps::pressure::Tolerance;
 use sazanami_mps::scheme::{Fluid, Scheme};
-use sazanami_mps::solver::{FluidParticle, Forcing, Settings, SetupError, Solver, StepError, StepReport};
+use sazanami_mps::solver::{FluidParticle, Forcing, Settings, SetupError, Solver, StepError};
 use sazanami_mps::stability::StepLimits;
 
 /// Density of the grains [kg/m^3].
@@ -160,30 +160,6 @@ impl Vessel {
 pub(super) fn lattice([n1, n2, n3]: [usize; 3]) -> impl Iterator<Item = Vector> {
     let at = |n: usize| n as Real + 0.5;
     (0..n3).flat_map(move |k| (0..n2).flat_map(move |j| (0..n1).map(move |i| Vector::new(at(i), at(j), at(k)))))
-}
-
-/// Runs `solver` from `time` \[s] until `end` \[s] in stable steps.
-///
-/// `forcing` is what moves the fluid between two times; `watch` sees the time, the solver and the report after every
-/// step.
-///
-/// # Errors
-/// [`ExperimentError`] if a step fails.
-pub fn advance(
-    solver: &mut Solver,
-    [time, end]: [Real; 2],
-    forcing: impl Fn(Real, Real) -> Forcing,
-    mut watch: impl FnMut(Real, &Solver, &StepReport),
-) -> Result<(), ExperimentError> {
-    let mut time = time;
-    while time < end * (1.0 - 1e-9) {
-        let body_force = forcing(time, time + 1e-6).body_force;
-        let dt = solver.stable_step(body_force).dt.min(end - time);
-        let report = solver.step(dt, &forcing(time, time + dt), |_| ())?;
-        time += dt;
-        watch(time, solver, &report);
-    }
-    Ok(())
 }
 
 /// A body force [m/s^2] in a vessel at rest.

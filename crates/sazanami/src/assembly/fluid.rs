@@ -49,7 +49,6 @@ pub(crate) fn fluids(case: &Case) -> Fluids {
 pub fn flow(case: &Case, domain: &Domain) -> Flow {
     let options = &case.fluid;
     let schemes = Schemes {
-        interface: options.vof,
         // The velocity of a carrying flow is given.
         convection: if options.carrying_flow.is_some() { Convection::Off } else { options.convection },
         viscosity: options.viscosity,
@@ -57,7 +56,6 @@ pub fn flow(case: &Case, domain: &Domain) -> Flow {
             PressureForm::Full => Carrier::Start,
             PressureForm::Incremental => Carrier::Middle,
         },
-        ..Schemes::default()
     };
     Flow::new(domain, fluids(case), schemes)
 }

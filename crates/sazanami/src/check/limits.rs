@@ -161,7 +161,7 @@ fn carrying_flow(case: &Case) -> Option<CarryingFlow> {
 /// Speeds at the start with what makes them [m/s].
 fn given_speeds(case: &Case) -> Vec<(Cause, Vector)> {
     if let Some(flow) = carrying_flow(case) {
-        return vec![(Cause::CarryingFlow, flow.largest(case.domain.lower, case.domain.extent()))];
+        return vec![(Cause::CarryingFlow, flow.largest(case.domain.extent()))];
     }
     let initial = case.fluid.initial_velocity;
     let with_initial = |velocity: Vector| match &initial {

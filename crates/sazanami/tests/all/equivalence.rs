@@ -92,7 +92,6 @@ const CASES: [Small; 10] = [
         overrides: &[
             "fluid.convection=velocity_form",
             "coupling.exchange=stress",
-            "coupling.alpha=clip",
             "fluid.projection=incremental",
             "fluid.viscosity=crank_nicolson",
             "fluid.dt=0.08 ms",

@@ -21,7 +21,7 @@ fn the_shipped_bed_names_the_case_that_packs_it() {
         "output.grain_form=points",
         "fluid.tol_div=1e-7",
         "fluid.initial_velocity={taylor_green={speed=\"1 m/s\"}}",
-        "coupling.alpha=clip",
+        "coupling.columns=8",
         "bed.height_radius=3 mm",
     ] {
         assert_eq!(hash(&[]), hash(&[change.to_owned()]), "{change}");

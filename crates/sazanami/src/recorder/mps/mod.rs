@@ -35,7 +35,6 @@ use rim::Rim;
 pub(super) use series::{BED, CONSERVATION, LAYERS, WATER};
 
 const INITIAL: &str = "observe/initial_tank";
-const FIRST_LAYERS: &str = "observe/initial_layers_of_grains";
 const HIGHEST: &str = "observe/highest_water";
 
 /// The tables of probes as the reference page has them.
@@ -107,8 +106,6 @@ pub(crate) struct ParticleObserver {
     gathered_at: Option<Real>,
     /// Bulk volume of the fluid at the start [m^3].
     first_volume: Real,
-    /// Identifier and layer of each grain at the start; empty if layers follow the grains.
-    first_layers: Vec<[u64; 2]>,
     water: SurfaceProfile,
     /// Highest level of the water at any measurement \[m], if there was any.
     highest: Option<Real>,
@@ -143,19 +140,11 @@ impl ParticleObserver {
     fn layer_means(&self, case: &meaning::Ripples, surface: &SurfaceProfile) -> [LayerMeans; 2] {
         let reference = match case.layers {
             LayerReference::Surface => ripples::LayerReference::Surface(surface),
-            LayerReference::Floor | LayerReference::Initial => ripples::LayerReference::Floor(self.tank.floor),
+            LayerReference::Floor => ripples::LayerReference::Floor(self.tank.floor),
         };
         let layers = ripples::Layers { reference, thickness: case.layer_thickness, range: case.layer_range() };
         let gathered = &self.gathered;
-        let first = |id: &u64| {
-            let at = self.first_layers.binary_search_by_key(id, |[id, _]| *id).ok()?;
-            layer_of(self.first_layers[at][1])
-        };
-        let of_grains = if self.first_layers.is_empty() {
-            layers.sort(&gathered.grains.position)
-        } else {
-            gathered.grains.id.iter().map(first).collect()
-        };
+        let of_grains = layers.sort(&gathered.grains.position);
         let of_water = layers.sort(&gathered.water.position);
         let grains = ripples::LayerGrains {
             layer: &of_grains,
@@ -188,23 +177,6 @@ fn tank_motion(motion: Option<&TankMotion>, time: Real) -> [Vector; 2] {
         let [place, velocity, _] = motion.at(time);
         [place, velocity]
     })
-}
-
-/// A layer by the number it is kept under.
-fn layer_of(number: u64) -> Option<ripples::Layer> {
-    match number {
-        1 => Some(ripples::Layer::Lower),
-        2 => Some(ripples::Layer::Upper),
-        _ => None,
-    }
-}
-
-fn number_of(layer: Option<ripples::Layer>) -> u64 {
-    match layer {
-        None => 0,
-        Some(ripples::Layer::Lower) => 1,
-        Some(ripples::Layer::Upper) => 2,
-    }
 }
 
 /// Speed that gravity in the box does not explain: five times `sqrt(g H)` of its height, twice that of poured water if it
@@ -244,7 +216,6 @@ impl Observer for ParticleObserver {
             gathered: GatheredTank::default(),
             gathered_at: None,
             first_volume: 0.0,
-            first_layers: Vec::new(),
             water: SurfaceProfile { start: 0.0, spacing: 1.0, heights: Vec::new() },
             highest: None,
             rim: job.case.particles.as_ref().and_then(|p| Rim::of(job.case, p.radius * p.spacing)),
@@ -261,8 +232,6 @@ impl Observer for ParticleObserver {
         match job.resumed.as_ref().filter(|state| state.run.flows()) {
             Some(state) => {
                 self.first_volume = state.snapshot.reals_of(INITIAL, 1)?[0];
-                let layers = state.snapshot.u64(FIRST_LAYERS)?;
-                self.first_layers = layers.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect();
                 // Checkpoints of earlier versions do not have it.
                 self.highest = state.snapshot.reals(HIGHEST).ok().and_then(|level| level.first().copied());
                 self.momentum = FluidMomentumBudget::restore(&state.snapshot)?;
@@ -273,14 +242,6 @@ impl Observer for ParticleObserver {
                 self.measure_all(water, 0.0);
                 self.first_volume = self.sums.volume;
                 self.momentum = FluidMomentumBudget::new(water.fluid_momentum());
-                if let Some(case) = self.settings.as_ref().filter(|case| case.layers == LayerReference::Initial) {
-                    let reference = ripples::LayerReference::Floor(self.tank.floor);
-                    let layers =
-                        ripples::Layers { reference, thickness: case.layer_thickness, range: case.layer_range() };
-                    let of_grains = layers.sort(&self.gathered.grains.position).into_iter().map(number_of);
-                    self.first_layers =
-                        self.gathered.grains.id.iter().copied().zip(of_grains).map(<[u64; 2]>::from).collect();
-                }
             }
         }
         Ok(())
@@ -424,7 +385,6 @@ impl Observer for ParticleObserver {
 
     fn save(&self, snapshot: &mut Snapshot) {
         snapshot.put_reals(INITIAL, vec![self.first_volume]);
-        snapshot.put_u64(FIRST_LAYERS, self.first_layers.as_flattened().to_vec());
         snapshot.put_reals(HIGHEST, self.highest.into_iter().collect());
         self.momentum.save(snapshot);
     }

@@ -193,14 +193,14 @@ fn shipped_cases_can_be_read() {
 
 #[test]
 fn several_mistakes_are_told_together() {
-    let text = "densty = 1\n[domain]\nsize = [\"1 mm\", \"1 mm\", 3]\ncells = [4, 0, 8]\n[fluid]\nvof = \"plicc\"\ncfl = 0.7\n[fluid.gas]\ndensity = \"-1 kg/m^3\"\nkinematic_viscosity = \"1e-5 m/s\"\n[run]\nuntill = \"1 s\"\n";
+    let text = "densty = 1\n[domain]\nsize = [\"1 mm\", \"1 mm\", 3]\ncells = [4, 0, 8]\n[fluid]\nviscosity = \"implicitt\"\ncfl = 0.7\n[fluid.gas]\ndensity = \"-1 kg/m^3\"\nkinematic_viscosity = \"1e-5 m/s\"\n[run]\nuntill = \"1 s\"\n";
     assert_eq!(
         findings(text, &["fluid.tol_div=1 mm", "nowhere.at.all=3"]),
         [
             "c.toml:1 unknown key `densty`",
             "c.toml:3 `size` needs a unit",
             "c.toml:4 `cells` has to be 1 or more",
-            "c.toml:6 `plicc` is not a choice for `vof`",
+            "c.toml:6 `implicitt` is not a choice for `viscosity`",
             "c.toml:7 `cfl` has to lie between 0.001 and 0.499",
             "c.toml:9 `density` has to be above zero",
             "c.toml:10 `kinematic_viscosity` has the wrong unit",

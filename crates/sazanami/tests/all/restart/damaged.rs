@@ -173,7 +173,7 @@ fn a_run_of_an_older_program_goes_on_and_a_changed_case_does_not() {
         assert_eq!(resolved::hash_of_copy(&copy), resolved::hash(&own.case), "{name}");
         assert!(report(&go_on(&folder, On::threads(1).steps(1)).1).is_empty());
 
-        made_older(&folder, "alpha", serde_json::Value::Null);
+        made_older(&folder, "columns", serde_json::Value::Null);
         let (outcome, said) = go_on(&folder, On::threads(1).steps(1));
         outcome.unwrap();
         assert!(report(&said)[0].contains("an earlier version of sazanami began this run"), "{said:#?}");

@@ -96,7 +96,6 @@ fn a_run_with_fixed_steps_and_the_old_pressure_in_the_predictor() {
         "fluid.projection=incremental",
         "fluid.convection=velocity_form",
         "coupling.exchange=stress",
-        "fluid.vof=thinc_wlic",
     ];
     goes_on_alike("literal", SLIDING, &literal, &[1, 2]);
 }
