@@ -163,7 +163,8 @@ fn put_inside<'i>(
     match inner {
         DeValue::Table(table) => {
             // A table that stands alone where a list may is the first of it.
-            let is_first = keys.len() > 1 && keys[0] == "0" && !table.contains_key("0");
+            let is_named = ["material", "contact"].contains(&name);
+            let is_first = keys.len() > 1 && keys[0] == "0" && !is_named && !table.contains_key("0");
             put(table, &keys[usize::from(is_first)..], span, value)
         }
         DeValue::Array(array) => {

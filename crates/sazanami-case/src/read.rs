@@ -339,7 +339,15 @@ impl<'a> Context<'a> {
         let table = Table { entries, at: at.clone(), docs };
         let known: Vec<&str> = table.docs.keys.iter().map(|key| key.name).collect();
         for (name, span) in table.names().filter(|(name, _)| !at.is_part && !known.contains(name)) {
-            self.unknown("key", &table.get(name).path, name, span, &known);
+            let at = table.get(name);
+            if let Some(DeValue::String(word)) = at.value
+                && removed::is_what_all_have(&at.path, word)
+            {
+                let finding = self.report.warning(Some(span), format!("`{name}` is no longer a key"));
+                finding.label(format!("every case has `{word}`")).help("leave it out");
+                continue;
+            }
+            self.unknown("key", &at.path, name, span, &known);
         }
         Some(table)
     }
@@ -375,7 +383,9 @@ impl<'a> Context<'a> {
     /// A list of tables, or one of them alone; `None` where it is absent or none.
     pub fn tables<T: Keys>(&mut self, at: &At<'_>) -> Option<Vec<T>> {
         if let Some(DeValue::Table(_)) = at.value {
-            return T::read(at, self).map(|alone| vec![alone]);
+            let alone = At { path: format!("{}.0", at.path), ..at.clone() };
+            self.places.spans.insert(alone.path.clone(), alone.span.clone());
+            return T::read(&alone, self).map(|alone| vec![alone]);
         }
         at.value?;
         let Some(list) = at.elements() else {

@@ -10,7 +10,7 @@ const REMOVED: &[(&str, Option<&str>, &str)] = &[
     (
         "coupling.alpha",
         None,
-        "covered volumes are those of n x n columns a cell: `columns = 4`, the default, for `columns(4)`",
+        "covered volumes are those of n x n columns a cell, `columns = 4` for `columns(4)`; `clip`, exact and dear, has no successor: more columns come near it",
     ),
     ("coupling.exchange", Some("auto"), "`surface`, the default, serves grains of any width; leave the key out"),
     (
@@ -90,6 +90,14 @@ const REMOVED: &[(&str, Option<&str>, &str)] = &[
         "layers follow the grains: choose `floor`, or `surface` for those below the surface of the bed",
     ),
 ];
+
+/// Keys that went with the value that every case has now: the copies that earlier versions wrote have them.
+const KEPT: &[(&str, &str)] = &[("coupling.alpha", "columns(4)"), ("fluid.vof", "plic")];
+
+/// Whether the key at `path` went, and `word` is what every case has in its place.
+pub(crate) fn is_what_all_have(path: &str, word: &str) -> bool {
+    KEPT.contains(&(path, word))
+}
 
 /// What a case does instead of the key at `path`, or of its word, where an earlier version had it.
 pub(crate) fn instead_of(path: &str, word: Option<&str>) -> Option<&'static str> {

@@ -203,6 +203,11 @@ impl Packing {
         &self.engine
     }
 
+    /// Lets each rank have the grains that lie in its part after every step ([`Engine::own_promptly`]): those of [`Self::bed`].
+    pub fn own_promptly(&mut self) {
+        self.engine.own_promptly();
+    }
+
     /// The settings that the packing was started with.
     #[must_use]
     pub fn settings(&self) -> &PackingSettings {

@@ -41,7 +41,8 @@ pub struct Packing {
     #[key(range = Between(0.0, 0.5), default = PACKING.jitter)]
     pub jitter: Real,
     /// Height above the floor at which the packed bed is levelled: grains that reach above are taken away, and the others come to
-    /// rest once more. Without `count` as many grains are packed as fill it.
+    /// rest once more (on a grid without fluid, in half a second at most, from contacts without memory). Without `count` as many
+    /// grains are packed as fill it.
     #[key(unit = "m", range = Positive)]
     pub level: Option<Real>,
     /// Ripples along x1 that the levelled surface begins with; of several lengths they add up.
@@ -136,7 +137,7 @@ impl Packing {
             Some(level) if amplitude >= level => {
                 cx.report
                     .error(table.place("ripples"), "the troughs of the ripples reach below the floor")
-                    .label(format!("half of `height` is {} mm", rounded(1e3 * amplitude)))
+                    .label(format!("half of the height, of all of them together, is {} mm", rounded(1e3 * amplitude)))
                     .help(format!("`level` is {} mm: take a lower height or a thicker bed", rounded(1e3 * level)));
             }
             Some(_) => {}

@@ -90,6 +90,8 @@ pub(crate) enum RankError {
         top * 1e3
     )]
     BedTooHigh { grain: String, height: Real, top: Real },
+    #[error("no grain of the packed bed lies below its level")]
+    NothingBelowLevel,
     #[error("{grain} stands in the gate `{gate}`")]
     GrainInGate { grain: String, gate: String },
     #[error(
@@ -163,6 +165,7 @@ impl RankError {
             Self::BedTooHigh { .. } => {
                 Some("make the box higher, take fewer grains, or let the bed come to rest: `stop = \"settled\"`")
             }
+            Self::NothingBelowLevel => Some("take a higher `level` for the bed"),
             Self::GrainInGate { .. } => Some("move the grain or the gate: a grain keeps half its size from the plate"),
             Self::LiquidTooHigh { .. } => {
                 Some("make the box higher or the bed lower; the resting bed is lower if `stop = \"settled\"`")
@@ -216,6 +219,7 @@ impl RankError {
             | Self::Boundary(_)
             | Self::LiquidOnGrain { .. }
             | Self::BedTooHigh { .. }
+            | Self::NothingBelowLevel
             | Self::GrainInGate { .. }
             | Self::LiquidTooHigh { .. }
             | Self::Particles(_)

@@ -164,7 +164,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
         let ends = if limit.is_finite() {
             format!("a run ends at {:.0} %", 1e2 * limit)
         } else {
-            "grains of unlike sizes may, until their bed is stiffened".to_owned()
+            "grains of unlike sizes may pass into each other until their bed is stiffened".to_owned()
         };
         self.job.say(format!(
             "warning: {now} contacts so far have become deeper than 20 % of a contact sphere's radius, the deepest of \

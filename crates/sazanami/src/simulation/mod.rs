@@ -9,7 +9,7 @@ mod start;
 
 use std::time::Instant;
 
-use sazanami_dem::{Packing, Stage};
+use sazanami_dem::{Engine, Packing, Stage};
 use sazanami_mics::boundary::Boundary;
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
@@ -18,7 +18,7 @@ use sazanami_parallel::{Communicator, Reduction};
 use self::feeding::Feeding;
 use self::held_flow::HeldFlow;
 use self::releases::Releases;
-use crate::case::meaning::Solver;
+use crate::case::meaning::{Case, Solver};
 use crate::clock::{Clock, OUTPUT, SWING, fixed_step, longest_in_swing};
 use crate::job::{Ending, Job, RankError, RankFailure, Status};
 use crate::progress::StepLine;
@@ -102,6 +102,19 @@ fn signals<B: Observer>(domain: &Domain, job: &Job, recorder: &Recorder<B>) -> [
     // A signal may reach one process of many.
     job.stop.heard(values[0] as u8);
     values.map(|value| value > 0.0)
+}
+
+/// The engine, told whether grains are fed in, and through which sides they leave a box that stands still: those that are open and hold
+/// none back.
+fn expecting(case: &Case, mut engine: Engine) -> Engine {
+    if case.feeds() {
+        engine.expect_arrivals();
+    }
+    let opens = |d: usize, upper: usize| {
+        case.boundary[d][upper].is_open() && !case.holds_grains(d, upper) && !case.walls_move()
+    };
+    engine.let_leave([0, 1, 2].map(|d| [0, 1].map(|upper| opens(d, upper))));
+    engine
 }
 
 /// Packs the bed; `None` if the run is stopped before.

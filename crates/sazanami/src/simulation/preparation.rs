@@ -116,7 +116,7 @@ fn restored(job: &Job, domain: Domain, snapshot: &Snapshot) -> Result<Solver, Ra
     let case = job.case;
     let setup = particles::setup(case, &job.shapes);
     let engine = Engine::restore(&domain, setup, GRAINS, snapshot).map_err(StateError::Grains)?;
-    let engine = start::expecting(case, engine);
+    let engine = super::expecting(case, engine);
     let grains = GrainPhase::new(&domain, engine, particles::coupling(case));
     let settings = particles::settings(case, particles::level(case, case.domain.lower.z));
     let solver = Solver::restore(domain, settings, case.tank(), grains, snapshot);
@@ -134,9 +134,7 @@ fn poured(
     let setup = particles::setup(case, &job.shapes);
     let engine = match packed {
         Some(packing) => {
-            let lying = start::levelled(case, &packing);
-            drop(packing);
-            let mut engine = Engine::new(&domain, setup, &lying)?;
+            let mut engine = start::levelled(case, &domain, setup, packing)?;
             engine.insert(&domain, &crate::assembly::grains::placed(case, &job.beds))?;
             engine
         }
@@ -145,7 +143,7 @@ fn poured(
             None => return Ok(None),
         },
     };
-    let engine = start::expecting(case, engine);
+    let engine = super::expecting(case, engine);
     start::within_box(job, &domain, &engine)?;
     start::clear_of_gates(job, &domain, &engine)?;
     let bed_height = recorder.measure_bed(&domain, &engine);

@@ -8,7 +8,7 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
 
-use super::signals;
+use super::{expecting, signals};
 use crate::job::{Job, RELAXATION, RankError};
 use crate::progress::StepLine;
 use crate::recorder::{Observer, Recorder};
@@ -107,6 +107,7 @@ pub(super) fn relax<B: Observer>(
     recorder: &mut Recorder<B>,
 ) -> Result<Option<Engine>, RankError> {
     let gravity = job.case.resting_gravity();
+    relaxation.engine = expecting(job.case, relaxation.engine);
     loop {
         let [stop, checkpoint, _] = signals(domain, job, recorder);
         let (time, mean_speed) = (relaxation.time(), relaxation.mean_speed(domain));
@@ -121,7 +122,11 @@ pub(super) fn relax<B: Observer>(
             return Ok(Some(relaxation.engine));
         }
         if time > LONGEST {
-            let help = "look at what its grains touch: contacts much stiffer or softer than those it was packed with?";
+            let help = if job.case.levels() {
+                "give its contacts more damping (`restitution`) or friction"
+            } else {
+                "look at what its grains touch: contacts much stiffer or softer than those it was packed with?"
+            };
             return Err(RankError::NotAtRest { time, mean_speed, help });
         }
         let step = (time / STEP).round() as u64 + 1;

@@ -9,6 +9,7 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::Region;
 use sazanami_numerics::{Real, Vector};
 
+use super::expecting;
 use super::relaxation::{Relaxation, relax};
 use crate::assembly::{fluid, grains, particles};
 use crate::case::meaning::{self, Case, FluidName, GrainPlacement, Placement, Population};
@@ -29,10 +30,13 @@ pub(super) fn packing(job: &Job, domain: &Domain) -> Result<Option<Packing>, Ran
         meaning::Solver::Mps => particles::bodies(job.case),
     };
     let laws = grains::interactions(job.case);
-    let packing = match &job.resumed {
+    let mut packing = match &job.resumed {
         Some(state) => Packing::restore(domain, settings, bodies, laws, &to_pack, PACKING, &state.snapshot)?,
         None => Packing::new(domain, settings, bodies, laws, to_pack)?,
     };
+    if job.case.levels() {
+        packing.own_promptly();
+    }
     Ok(Some(packing))
 }
 
@@ -73,8 +77,7 @@ pub(super) fn solver(
             None => return Ok(None),
         },
         Some(packing) if case.levels() => {
-            let engine = Engine::new(&domain, setup, &levelled(case, &packing))?;
-            drop(packing);
+            let engine = levelled(case, &domain, setup, packing)?;
             match relax(job, &domain, Relaxation::new(engine), recorder)? {
                 Some(engine) => engine,
                 None => return Ok(None),
@@ -102,29 +105,20 @@ pub(super) fn solver(
     Ok(Some(solver))
 }
 
-/// The packed grains of this rank without those that reach above the level of their population, and with those held
-/// that are glued to the floor.
-pub(super) fn levelled(case: &Case, packing: &Packing) -> Vec<Grain> {
+/// The packed grains without those that reach above the level of their population, and with those held that are glued to the floor.
+pub(super) fn levelled(case: &Case, domain: &Domain, setup: Setup, packing: Packing) -> Result<Engine, RankError> {
     let bodies = packing.engine().bodies();
     let lying = |grain: Grain| {
         let body = &bodies[grain.shape as usize];
         let glued = grains::after_packing(case, body, grain.shape, grain.scale, grain.position, grain.orientation)?;
         Some(Grain { motion: if glued { Motion::WithWalls } else { grain.motion }, ..grain })
     };
-    packing.bed().into_iter().filter_map(lying).collect()
-}
-
-/// The engine, told whether grains are fed in, and through which sides they leave a box that stands still: those that are open and hold
-/// none back.
-pub(super) fn expecting(case: &Case, mut engine: Engine) -> Engine {
-    if case.feeds() {
-        engine.expect_arrivals();
+    let left: Vec<Grain> = packing.bed().into_iter().filter_map(lying).collect();
+    drop(packing);
+    if case.levels() && domain.sum([left.len() as Real])[0] == 0.0 {
+        return Err(RankError::NothingBelowLevel);
     }
-    let opens = |d: usize, upper: usize| {
-        case.boundary[d][upper].is_open() && !case.holds_grains(d, upper) && !case.walls_move()
-    };
-    engine.let_leave([0, 1, 2].map(|d| [0, 1].map(|upper| opens(d, upper))));
-    engine
+    Ok(Engine::new(domain, setup, &left)?)
 }
 
 /// The grains that have a place from the start, come to rest if the case asks for it; `None` if stopped before.

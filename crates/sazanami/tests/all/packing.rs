@@ -147,6 +147,15 @@ fn a_levelled_bed_on_a_grid_is_flat_and_comes_to_rest_again() {
     };
     assert!(told("2.4 mm", "of 300 grains are taken away") && !told("2.4 mm", "takes nothing away"));
     assert!(told("5.50 mm", "takes nothing away"));
+    // Grains that still fall are with the rank in whose part they lie: none is lost between ranks.
+    let falling = scratch.join("falling");
+    let mut listener = Listener::default();
+    let changes = [LEVEL, "grains.0.placement.packed.stop=time_only"];
+    run::run(&load(BED, &changes), &On::ranks(4, 1).options(Some(&falling)), &mut listener, &Stop::new())
+        .expect("it runs");
+    let taken = listener.messages.iter().find_map(|message| message.strip_prefix("levelled: ")).expect("it is told");
+    let taken: u64 = taken.split(' ').next().and_then(|number| number.parse().ok()).expect("a number");
+    assert_eq!(Left::in_folder(&falling).summary["counts"]["grains"].as_u64(), Some(300 - taken));
     // Broken off while it comes to rest, it goes on to the same bits.
     let parts = scratch.join("parts");
     let stop = Stop::new();
