@@ -89,7 +89,9 @@ fn defaults_written_out_mean_the_same() {
                 written += 1;
             }
         }
-        assert!(written > 8, "{name}: {written} keys");
+        // Without grains the copy has no `[overlap]`.
+        let least = if case.grains.is_empty() { 8 } else { 16 };
+        assert!(written >= least, "{name}: {written} keys");
     }
 }
 
