@@ -34,7 +34,8 @@ pub(super) fn packing(job: &Job, domain: &Domain) -> Result<Option<Packing>, Ran
         Some(state) => Packing::restore(domain, settings, bodies, laws, &to_pack, PACKING, &state.snapshot)?,
         None => Packing::new(domain, settings, bodies, laws, to_pack)?,
     };
-    if job.case.levels() {
+    // These beds are taken up anew, each grain by the rank in whose part it lies.
+    if job.case.levels() || job.case.solver == meaning::Solver::Mps {
         packing.own_promptly();
     }
     Ok(Some(packing))
