@@ -37,8 +37,6 @@ column = sazanami.Case.from_text(
     [dem]
     substeps = "auto"
     wall = "frictionless_sides"
-    contact_start = "sub_step"  # one small pile scatters by some degrees: with "touch" other coefficients make one of 20
-    rolling = "constant_torque"
     rolling_friction = 0.3
     [[grains]]
     name = "sand"

@@ -249,8 +249,8 @@ impl Case {
             let extent = self.domain.extent();
             self.domain.cells = [0, 1, 2].map(|d| ((extent[d] / spacing).round() as usize).max(1));
         }
-        // Contacts have taken these over.
-        (self.dem.damping, self.dem.tension) = (None, false);
+        // Contacts have taken it over.
+        self.dem.tension = false;
         check_names(&self.grains, cx);
         cross_checks::check(self, cx);
         moving_particles::check(self, cx);

@@ -5,7 +5,7 @@ use sazanami_numerics::Real;
 use crate::case::Case;
 use crate::presets::Solver;
 use crate::read::Context;
-use crate::tables::{BoundarySide, Coupling, DemOptions, FilmRoughness, Population, Rolling, SIDE_NAMES};
+use crate::tables::{BoundarySide, Coupling, DemOptions, FilmRoughness, Population, SIDE_NAMES};
 use crate::units::rounded;
 
 /// Nothing is refused.
@@ -177,17 +177,7 @@ fn check_idle(case: &Case, cx: &mut Context<'_>) {
         ("dem.film_roughness", bare && dem.film_roughness != usual.film_roughness, "there are no grains"),
         ("dem.bridges", bare, "there are no grains"),
         ("dem.substeps", bare && dem.substeps != usual.substeps, "there are no grains"),
-        ("dem.rolling", bare && dem.rolling != usual.rolling, "there are no grains"),
-        (
-            "dem.rolling",
-            !bare && case.dem.rolling == Rolling::ConstantTorque && case.dem.rolling_friction == 0.0,
-            "`rolling_friction` is 0: give it a value above, or",
-        ),
-        (
-            "dem.rolling_friction",
-            !bare && case.dem.rolling == Rolling::None && case.dem.rolling_friction > 0.0,
-            "nothing resists rolling without `rolling = \"constant_torque\"`: write it beside, or",
-        ),
+        ("dem.rolling_friction", bare && dem.rolling_friction != usual.rolling_friction, "there are no grains"),
         ("coupling", bare && case.coupling != Coupling::default(), "there are no grains"),
         ("contact", bare, "there are no grains"),
         ("overlap", bare, "there are no grains"),

@@ -340,11 +340,11 @@ impl<'a> Context<'a> {
         let known: Vec<&str> = table.docs.keys.iter().map(|key| key.name).collect();
         for (name, span) in table.names().filter(|(name, _)| !at.is_part && !known.contains(name)) {
             let at = table.get(name);
-            if let Some(DeValue::String(word)) = at.value
-                && removed::is_what_all_have(&at.path, word)
+            if let (Some(DeValue::String(word)), Some(entries)) = (at.value, entries)
+                && removed::is_kept(&table.at.path, name, word, entries, self.follows(Paper::Yagyu))
             {
                 let finding = self.report.warning(Some(span), format!("`{name}` is no longer a key"));
-                finding.label(format!("every case has `{word}`")).help("leave it out");
+                finding.label(format!("the case has `{word}` without it")).help("leave it out");
                 continue;
             }
             self.unknown("key", &at.path, name, span, &known);

@@ -1,12 +1,25 @@
 //! Keys and words of earlier versions that no case can have any more, and what took their place.
 
+use sazanami_dem::TangentialForce;
+use sazanami_numerics::Real;
+use sazanami_numerics::choice::Choice;
+use toml::de::{DeTable, DeValue};
+
 /// What is said of parts of the published scheme of moving particles.
 const OF_PUBLISHED: &str =
     "the default, `projection = \"conjugate\"`, has none, and `\"enhanced\"` has it as published; leave the key out";
 
+/// What is said of parts of the tangential force of a contact.
+const TANGENTIAL: &str = "`tangential_force` chooses the force as a whole: `from_touch`, the default, for `force`, `length_kept`, `touch`; `published` for `velocity`, `projected`, `sub_step`";
+
 /// Path of a key without positions in lists, the word that went (`None`: the key went), and what a case does instead; sorted
 /// by path and word.
 const REMOVED: &[(&str, Option<&str>, &str)] = &[
+    (
+        "contact.damping",
+        None,
+        "coefficients (`normal_damping`) or a `restitution` say which dashpot is meant; leave the key out",
+    ),
     (
         "coupling.alpha",
         None,
@@ -30,7 +43,16 @@ const REMOVED: &[(&str, Option<&str>, &str)] = &[
     ),
     ("coupling.torque_arm", None, "a force acts at the centroid of the covered part of its cell; leave the key out"),
     ("coupling.weighting", None, "grain and fluid in a shared cell count by their mass; leave the key out"),
+    ("dem.contact_start", None, TANGENTIAL),
+    (
+        "dem.damping",
+        None,
+        "coefficients or the restitution of a contact say which dashpot is meant: `contact.default.restitution`",
+    ),
+    ("dem.history", None, TANGENTIAL),
     ("dem.multiplicity", None, "all spheres of a pair that touch act in full; leave the key out"),
+    ("dem.rolling", None, "a `rolling_friction` above 0 resists rolling, one of 0 does not; leave the key out"),
+    ("dem.slip_direction", None, TANGENTIAL),
     (
         "fluid.carrying_flow",
         Some("rotation"),
@@ -91,18 +113,45 @@ const REMOVED: &[(&str, Option<&str>, &str)] = &[
     ),
 ];
 
-/// Keys that went with the value that every case has now: the copies that earlier versions wrote have them.
-const KEPT: &[(&str, &str)] = &[("coupling.alpha", "columns(4)"), ("fluid.vof", "plic")];
-
-/// Whether the key at `path` went, and `word` is what every case has in its place.
-pub(crate) fn is_what_all_have(path: &str, word: &str) -> bool {
-    KEPT.contains(&(path, word))
+/// Whether `word` at the key `name` that went, of the table at `path`, is what the case has without it: the copies that earlier versions
+/// wrote have such keys. `published` says whether the preset has the published forms.
+pub(crate) fn is_kept(path: &str, name: &str, word: &str, table: &DeTable<'_>, published: bool) -> bool {
+    let has = |keys: [&str; 2]| keys.iter().any(|key| table.contains_key(*key));
+    let [coefficients, ratios] = [["normal_damping", "tangential_damping"], ["restitution", "damping_ratio"]].map(has);
+    let value = |key: &str| table.get(key).map(|value| value.get_ref());
+    let published = match value("tangential_force") {
+        Some(DeValue::String(form)) => form == TangentialForce::Published.word(),
+        _ => published,
+    };
+    let rolling: Option<Real> = value("rolling_friction").and_then(|value| match value {
+        DeValue::Integer(number) => number.as_str().parse().ok(),
+        DeValue::Float(number) => number.as_str().parse().ok(),
+        _ => None,
+    });
+    match (path.split('.').next().unwrap_or(path), name, word) {
+        ("coupling", "alpha", "columns(4)") | ("fluid", "vof", "plic") => true,
+        ("contact", "damping", "literal") => coefficients && !ratios,
+        ("contact", "damping", "restitution") => ratios && !coefficients,
+        ("dem", "contact_start", "touch") | ("dem", "history", "length_kept") | ("dem", "slip_direction", "force") => {
+            !published
+        }
+        ("dem", "contact_start", "sub_step")
+        | ("dem", "history", "projected")
+        | ("dem", "slip_direction", "velocity") => published,
+        ("dem", "rolling", "none") => rolling.is_none_or(|rolling| rolling == 0.0),
+        ("dem", "rolling", "constant_torque") => rolling.is_some(),
+        _ => false,
+    }
 }
 
 /// What a case does instead of the key at `path`, or of its word, where an earlier version had it.
 pub(crate) fn instead_of(path: &str, word: Option<&str>) -> Option<&'static str> {
     let names: Vec<&str> = path.split('.').filter(|name| name.parse::<usize>().is_err()).collect();
-    let path = names.join(".");
+    let path = match names[..] {
+        // Contacts go by names of the user's choice.
+        ["contact", .., key] => format!("contact.{key}"),
+        _ => names.join("."),
+    };
     REMOVED.iter().find(|row| row.0 == path && row.1 == word).map(|row| row.2)
 }
 

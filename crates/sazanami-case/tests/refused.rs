@@ -84,6 +84,24 @@ fn keys_and_words_of_earlier_versions_are_refused_with_what_took_their_place() {
     refused("particles={ spacing = \"1 mm\", weight = \"c2\" }", "`weight` is no longer a key | the weight is");
     let stabilised = "particles={ spacing = \"1 mm\", projection = \"enhanced\", stabilisation = \"off\" }";
     refused(stabilised, "`stabilisation` is no longer a key | `projection = \"enhanced\"` is stabilised as published");
+    refused("dem.rolling=constant_torque", "`rolling` is no longer a key | a `rolling_friction` above 0 resists");
+    refused("dem.contact_start=sub_step", "`contact_start` is no longer a key | `tangential_force` chooses");
+    refused("dem.damping=restitution", "`damping` is no longer a key | coefficients or the restitution");
+    refused("contact.default.damping=restitution", "`damping` is no longer a key | coefficients");
+    // What such a key says of the case without it is only warned of.
+    assert!(
+        findings(&["dem={ rolling = \"constant_torque\", rolling_friction = 0.1, history = \"length_kept\" }"])
+            .is_empty()
+    );
+    refused("dem={ rolling = \"none\", rolling_friction = 0.1 }", "`rolling` is no longer a key");
+    assert!(
+        findings(&["dem.slip_direction=velocity", "preset=paper_literal"])
+            .iter()
+            .all(|f| !f.contains("slip_direction"))
+    );
+    refused("dem={ slip_direction = \"velocity\" }", "`slip_direction` is no longer a key");
+    assert!(findings(&["contact.default={ damping = \"restitution\", restitution = 0.5 }"]).is_empty());
+    refused("contact.default={ damping = \"literal\", restitution = 0.5 }", "`damping` is no longer a key");
     // Controls: a key and a word that never were.
     refused("overlap.sphere_dragg=dalla_valle", "unknown key `sphere_dragg`");
     refused("coupling.exchange=exactt", "`exactt` is not a choice for `exchange`");
@@ -134,7 +152,7 @@ fn the_constants_that_contacts_are_said_to_have_are_those_they_have() {
     for key in ["normal_stiffness", "normal_damping", "friction"] {
         assert_eq!(case(&said(key)).contacts, plain.contacts, "{key}");
     }
-    let restitution = "damping = \"restitution\"\n";
+    let restitution = "damping_ratio = 1.0\n";
     assert_eq!(case(&format!("{restitution}{}", said("restitution"))).contacts, case(restitution).contacts);
     // Negative control: another value makes another contact.
     assert_ne!(case("normal_stiffness = \"2e4 N/m\"").contacts, plain.contacts);

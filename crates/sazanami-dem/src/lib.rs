@@ -47,7 +47,7 @@ pub use error::DemError;
 pub use face::{Bumps, Face};
 pub use film::Film;
 pub use grain::{ATTACHED, Grain, Grains, Motion};
-pub use material::{ContactOptions, ContactStart, HistoryRotation, SlipDirection};
+pub use material::{ContactOptions, TangentialForce};
 pub use packing::{
     Kind, Lattice, Packing, PackingReport, PackingSettings, Softness, Stage, TILT, Tapping, lying_order,
 };

@@ -4,49 +4,27 @@ use sazanami_numerics::Real;
 use sazanami_numerics::choices;
 
 choices! {
-    /// Direction of the friction force of a contact that slips.
+    /// How the tangential force of a contact comes about, and with it how long a sub-step may be.
     #[derive(Default)]
-    pub enum SlipDirection {
-        /// Along the tangential force of spring and dashpot.
+    pub enum TangentialForce {
+        /// The spring grows from the moment in which the spheres touch and keeps its length as the normal turns, the dashpot acts at the
+        /// time of the spring, friction along the force of both; `auto` sub-steps of 0.15 pi sqrt(m*/K), less where the error of an
+        /// impact would be above 2.5 %, down to 0.075.
         #[default]
-        Force = "force",
-        /// Along the tangential velocity, as eq. (6) is written; along the force below 1e-12 m/s.
-        Velocity = "velocity",
+        FromTouch = "from_touch",
+        /// Eqs. (5) and (6) of Yagyu et al. (2015): the spring grows by whole sub-steps and is projected as the normal turns, friction
+        /// along the sliding velocity (along the force below 1e-12 m/s); `auto` sub-steps of 0.057 pi sqrt(m*/K).
+        Published = "published",
     }
 }
 
-choices! {
-    /// Tangential displacement as the normal rotates.
-    #[derive(Default)]
-    pub enum HistoryRotation {
-        /// It is projected onto the new tangent plane and keeps its length.
-        #[default]
-        LengthKept = "length_kept",
-        /// It is projected only.
-        Projected = "projected",
-    }
-}
-
-choices! {
-    /// From when on the tangential spring of a new contact grows, and with it how long a sub-step may be.
-    #[derive(Default)]
-    pub enum ContactStart {
-        /// From the beginning of the sub-step in which the spheres meet; `auto` sub-steps of 0.057 pi sqrt(m*/K).
-        SubStep = "sub_step",
-        /// From the moment in which they touch, and the tangential dashpot acts at the time of the spring; `auto` sub-steps of
-        /// 0.15 pi sqrt(m*/K), less where the error of an impact would be above 2.5 %, down to 0.075.
-        #[default]
-        Touch = "touch",
-    }
-}
-
-impl ContactStart {
+impl TangentialForce {
     /// Least and most that a sub-step takes of the half period `pi sqrt(m*/K)` of the stiffest contact, where no error is asked for.
     #[must_use]
     pub const fn substep_factors(self) -> [Real; 2] {
         match self {
-            Self::SubStep => [0.057; 2],
-            Self::Touch => [0.075, 0.15],
+            Self::Published => [0.057; 2],
+            Self::FromTouch => [0.075, 0.15],
         }
     }
 }
@@ -60,20 +38,13 @@ pub struct ContactOptions {
     pub rolling_friction: Real,
     /// Whether the dashpot may pull the grains together when they part.
     pub tension: bool,
-    /// Direction of friction in slip.
-    pub slip_direction: SlipDirection,
-    /// Rotation of the tangential displacement with the normal.
-    pub history: HistoryRotation,
-    /// Beginning of a contact's tangential spring.
-    pub contact_start: ContactStart,
+    /// How the tangential force comes about.
+    pub tangential_force: TangentialForce,
 }
 
 impl ContactOptions {
     /// Whether every choice is the usual one, for which shorter formulas suffice.
     pub(crate) fn plain(&self) -> bool {
-        !self.tension
-            && self.slip_direction == SlipDirection::Force
-            && self.history == HistoryRotation::LengthKept
-            && self.rolling_friction == 0.0
+        !self.tension && self.tangential_force == TangentialForce::FromTouch && self.rolling_friction == 0.0
     }
 }

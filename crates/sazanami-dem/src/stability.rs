@@ -4,7 +4,7 @@
 //! off the centre of mass also turns a grain: at its contact point a grain of mass `m` has the effective mass `m/l` with
 //! the leverage `l` of [`Body::leverage`], which is 1 along and 3.5 across the normal for a ball. A sub-step is a part of it
 //! chosen by the errors that impacts of the lightest grains have with it ([`crate::impact`]): the largest between the two of
-//! [`crate::ContactStart::substep_factors`] with at most [`USUAL_ERROR`], or the smaller; of those up to 0.225,
+//! [`crate::TangentialForce::substep_factors`] with at most [`USUAL_ERROR`], or the smaller; of those up to 0.225,
 //! where the case allows an error. Where a dashpot damps so much that the smaller of the two is more than 0.35 of the limit of stability
 //! below, for springs and dashpot of the lightest pair, sub-steps take that much at most: without, impacts on such a dashpot would
 //! turn round within a sub-step and gain energy.
@@ -190,7 +190,7 @@ impl<'i> EffectiveMasses<'i> {
     /// Longest sub-step of a pair over its half period, and whether its errors are as small as is asked for.
     fn longest_factor(&self, pair: &Pair) -> (Real, bool) {
         let [a, b] = pair.materials.map(|material| material as u32);
-        let usual = self.interactions.law(a, b).options().contact_start.substep_factors();
+        let usual = self.interactions.law(a, b).options().tangential_force.substep_factors();
         let asked = self.interactions.allowed_error();
         let [least, most] = asked.map_or(usual, |_| [LEAST_FACTOR, MOST_FACTOR]);
         let stable = pair.stable / pair.half_period;
@@ -252,7 +252,7 @@ struct Pair {
 mod tests {
     use super::*;
     use crate::contact::linear_spring_dashpot::{Damping, LinearSpringDashpot};
-    use crate::material::ContactStart;
+    use crate::material::TangentialForce;
 
     #[test]
     fn two_balls_are_limited_by_their_tangential_spring() {
@@ -271,7 +271,7 @@ mod tests {
         let softer = LinearSpringDashpot { tangential_stiffness: 1e3, ..law };
         let found = longest(softer, 1);
         assert!((found / (expected * 3.5_f64.sqrt()) - 1.0).abs() < 1e-12, "then by the normal one: {found}");
-        let from_the_sub_step = LinearSpringDashpot { contact_start: ContactStart::SubStep, ..law };
+        let from_the_sub_step = LinearSpringDashpot { tangential_force: TangentialForce::Published, ..law };
         let found = longest(from_the_sub_step, 1);
         assert!((found / expected - 0.057 / 0.15).abs() < 1e-12, "{found} {expected}");
         // Contacts that are damped more have larger errors, and shorter sub-steps.

@@ -4,9 +4,8 @@ use std::ops::Range;
 
 use sazanami_case_derive::Keys;
 use sazanami_dem::{ContactLaw, Damping, LinearSpringDashpot};
-use sazanami_numerics::{Real, choices};
+use sazanami_numerics::Real;
 
-use super::Rolling;
 use crate::key::{Keys, TableDoc};
 use crate::read::{At, Context};
 use crate::suggest::nearest;
@@ -17,18 +16,8 @@ pub const WALL: &str = "wall";
 
 /// Properties of a contact of which the case says nothing.
 const SAND: LinearSpringDashpot = LinearSpringDashpot::SAND;
-/// Restitution where a case asks for a dashpot from it and gives none.
+/// Restitution where a case gives the ratio of the dashpots alone.
 const RESTITUTION: Real = 0.5;
-
-choices! {
-    /// Dashpot of a contact.
-    pub enum DampingKind {
-        /// Coefficients as given.
-        Literal = "literal",
-        /// From a restitution coefficient and the reduced mass of the grains.
-        Restitution = "restitution",
-    }
-}
 
 /// Material of grains.
 #[derive(Clone, Debug, PartialEq, Keys)]
@@ -83,19 +72,17 @@ struct ContactKeys {
     /// Stiffness along the tangent.
     #[key(unit = "N/m", range = Positive, says = "as along the normal")]
     tangential_stiffness: Option<Real>,
-    /// Dashpot: coefficients, or from a restitution coefficient. Needed only where a pair has both.
-    #[key(word, says = "what is given, or else `literal`")]
-    damping: Option<DampingKind>,
-    /// Coefficient of the dashpot along the normal, with `damping = "literal"`.
+    /// Coefficient of the dashpot along the normal; the dashpot is given by coefficients or by a restitution.
     #[key(unit = "N s/m", range = NonNegative, meant = LinearSpringDashpot::SAND_DASHPOT)]
     normal_damping: Option<Real>,
     /// Coefficient of the dashpot along the tangent.
     #[key(unit = "N s/m", range = NonNegative, says = "as along the normal")]
     tangential_damping: Option<Real>,
-    /// Restitution coefficient, with `damping = "restitution"`; the dashpot then follows from the grains' masses.
+    /// Restitution coefficient, in place of the dashpot's coefficients: it follows from this and the grains' masses. The default is for
+    /// contacts with `damping_ratio` alone.
     #[key(range = Between(1e-3, 1.0), meant = RESTITUTION)]
     restitution: Option<Real>,
-    /// Tangential dashpot over the normal one, with `damping = "restitution"`.
+    /// Tangential dashpot over the normal one, where a restitution gives that.
     #[key(range = NonNegative, says = "sqrt(K_t/K_n), the ratio to critical damping being the same along both")]
     damping_ratio: Option<Real>,
     /// Friction coefficient.
@@ -193,24 +180,19 @@ fn law_of(given: &[(String, ContactKeys)], pairs: &[[&str; 2]], cx: &mut Context
     // The nearest that says anything of a dashpot says which.
     let coefficients = |keys: &ContactKeys| keys.normal_damping.is_some() || keys.tangential_damping.is_some();
     let ratios = |keys: &ContactKeys| keys.restitution.is_some() || keys.damping_ratio.is_some();
-    let nearest = layers.iter().find(|keys| keys.damping.is_some() || coefficients(keys) || ratios(keys));
-    let said = nearest.and_then(|keys| keys.damping).or(cx.known.dem.damping);
-    if let Some(keys) = nearest.filter(|keys| said.is_none() && coefficients(keys) && keys.restitution.is_some()) {
+    let nearest = layers.iter().find(|keys| coefficients(keys) || ratios(keys));
+    if let Some(keys) = nearest.filter(|keys| coefficients(keys) && ratios(keys)) {
         cx.report
             .error(keys.span.clone(), "which of the two dashpots is meant?")
             .label("this contact has coefficients and a restitution")
-            .help("add `damping = \"literal\"` or `damping = \"restitution\"`");
+            .help("leave out `normal_damping` and `tangential_damping`, or `restitution` and `damping_ratio`");
     }
-    let implied = match nearest {
-        Some(keys) if ratios(keys) && !coefficients(keys) => DampingKind::Restitution,
-        _ => DampingKind::Literal,
-    };
-    let damping = match said.unwrap_or(implied) {
-        DampingKind::Literal => {
+    let damping = match nearest.is_some_and(|keys| ratios(keys)) {
+        false => {
             let normal = normal.unwrap_or(LinearSpringDashpot::SAND_DASHPOT);
             Damping::Literal { normal, tangential: tangential.unwrap_or(normal) }
         }
-        DampingKind::Restitution => {
+        true => {
             let restitution = restitution.unwrap_or(RESTITUTION);
             match number(|keys| keys.damping_ratio) {
                 Some(tangential) => Damping::RestitutionAndRatio { restitution, tangential },
@@ -226,13 +208,8 @@ fn law_of(given: &[(String, ContactKeys)], pairs: &[[&str; 2]], cx: &mut Context
         damping,
         friction: number(|keys| keys.friction).unwrap_or(SAND.friction),
         tension: layers.iter().find_map(|keys| keys.tension).unwrap_or(dem.tension),
-        slip_direction: dem.slip_direction,
-        history: dem.history,
-        contact_start: dem.contact_start,
-        rolling_friction: match dem.rolling {
-            Rolling::None => 0.0,
-            Rolling::ConstantTorque => dem.rolling_friction,
-        },
+        tangential_force: dem.tangential_force,
+        rolling_friction: dem.rolling_friction,
     };
     law.into()
 }
@@ -248,21 +225,13 @@ impl ContactKeys {
             ..Self::default()
         };
         match law.damping {
-            Damping::Literal { normal, tangential } => Self {
-                damping: Some(DampingKind::Literal),
-                normal_damping: Some(normal),
-                tangential_damping: Some(tangential),
-                ..same
-            },
-            Damping::Restitution(coefficient) => {
-                Self { damping: Some(DampingKind::Restitution), restitution: Some(coefficient), ..same }
+            Damping::Literal { normal, tangential } => {
+                Self { normal_damping: Some(normal), tangential_damping: Some(tangential), ..same }
             }
-            Damping::RestitutionAndRatio { restitution, tangential } => Self {
-                damping: Some(DampingKind::Restitution),
-                restitution: Some(restitution),
-                damping_ratio: Some(tangential),
-                ..same
-            },
+            Damping::Restitution(coefficient) => Self { restitution: Some(coefficient), ..same },
+            Damping::RestitutionAndRatio { restitution, tangential } => {
+                Self { restitution: Some(restitution), damping_ratio: Some(tangential), ..same }
+            }
         }
     }
 }

@@ -1,12 +1,12 @@
 //! `[dem]`: how grains are moved.
 
 use sazanami_case_derive::Keys;
-use sazanami_dem::{ContactStart, HistoryRotation, SlipDirection, Substeps};
+use sazanami_dem::{Substeps, TangentialForce};
 use sazanami_numerics::{Real, choices};
 use serde_json::json;
 use toml::de::DeValue;
 
-use super::{BoundarySide, DampingKind, SIDE_NAMES};
+use super::{BoundarySide, SIDE_NAMES};
 use crate::key::{KeyDoc, ValueDoc};
 use crate::read::{At, Context};
 use crate::value::{Range1, Value};
@@ -16,16 +16,6 @@ use crate::write::{Paths, Written};
 pub(crate) const FILM_REACH: Real = 0.1;
 
 choices! {
-    /// Rolling resistance.
-    #[derive(Default)]
-    pub enum Rolling {
-        /// None: the shape gives it.
-        #[default]
-        None = "none",
-        /// A constant torque against rolling, for spheres.
-        ConstantTorque = "constant_torque",
-    }
-
     /// Contact of grains with the walls of the box.
     #[derive(Default)]
     pub enum WallContact {
@@ -55,7 +45,7 @@ pub struct Bridges {
 /// Motion and contact of the grains.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Keys)]
 pub struct DemOptions {
-    /// Contact sub-steps in a step of the fluid: `auto`, as many as the contacts need (as `allowed_error` or `contact_start` says, of
+    /// Contact sub-steps in a step of the fluid: `auto`, as many as the contacts need (as `allowed_error` or `tangential_force` says, of
     /// pi sqrt(m*/K); m* is the least effective mass a contact can meet), or a number.
     #[key(default, paper_literal = (Yagyu, Substeps::Fixed(325),
           "the paper's number of sub-steps in a fluid step"))]
@@ -63,30 +53,16 @@ pub struct DemOptions {
     /// Mean error of an oblique impact of the lightest grains that the length of `auto` sub-steps may bring: of the coefficient of
     /// restitution, and of the spin over the tangential speed. Sub-steps are as long as it lets them be, up to
     /// 0.225 pi sqrt(m*/K); `check` says the errors.
-    #[key(range = Between(1e-6, 0.5), says = "sub-steps as `contact_start` says")]
+    #[key(range = Between(1e-6, 0.5), says = "sub-steps as `tangential_force` says")]
     pub allowed_error: Option<Real>,
-    /// Dashpot of contacts that do not say themselves.
-    #[key(word, omit_if = true, says = "see `contact`")]
-    pub damping: Option<DampingKind>,
     /// Whether separating contacts may pull.
     #[key(omit_if = true, default = false, paper_literal = (Yagyu, true, "eq. (4) without a cut: a separating contact may pull"))]
     pub tension: bool,
-    /// Direction of friction while a contact slips.
-    #[key(word, default, paper_literal = (Yagyu, SlipDirection::Velocity,
-          "eq. (6): friction along the sliding velocity"))]
-    pub slip_direction: SlipDirection,
-    /// Tangential displacement as the normal turns.
-    #[key(word, default, paper_literal = (Yagyu, HistoryRotation::Projected,
-          "the tangential displacement is projected and not stretched back"))]
-    pub history: HistoryRotation,
-    /// From when on the tangential spring of a new contact grows, and the length of `auto` sub-steps.
-    #[key(word, default, paper_literal = (Yagyu, ContactStart::SubStep,
-          "the tangential displacement grows by whole sub-steps"))]
-    pub contact_start: ContactStart,
-    /// Rolling resistance.
-    #[key(word, default)]
-    pub rolling: Rolling,
-    /// Torque of the rolling resistance over normal force and effective radius.
+    /// How the tangential force of a contact comes about, and the length of `auto` sub-steps.
+    #[key(word, default, paper_literal = (Yagyu, TangentialForce::Published,
+          "eqs. (5) and (6): the spring grows by whole sub-steps, friction along the sliding velocity"))]
+    pub tangential_force: TangentialForce,
+    /// Constant torque against rolling, for spheres, over normal force and effective radius; 0: none, the shape resists.
     #[key(range = NonNegative, default = 0.0)]
     pub rolling_friction: Real,
     /// Roughness of the grains, down to which the film between spheres that do not touch resists their approach: a length, `none` for

@@ -6,7 +6,7 @@
 //! h_t =  K_t d_t + D_t v_t              cut to mu |h_n|, d_t then follows the cut force
 //! ```
 //!
-//! With [`ContactStart::Touch`] `d_t` grows by `v_t` times the time for which the spheres have touched: all of a sub-step,
+//! With [`TangentialForce::FromTouch`] `d_t` grows by `v_t` times the time for which the spheres have touched: all of a sub-step,
 //! or from the moment within it in which they met. Counted from its beginning, the spring starts half a sub-step too long
 //! on average, and grains take up too much spin in an oblique impact. Velocities are half a sub-step older than places;
 //! the tangential dashpot then acts on that to which its force brings a ball in the meantime:
@@ -19,7 +19,7 @@ use super::pair::ACROSS;
 use crate::bridge::Bridge;
 use crate::film::{FILM_FACTOR, Film};
 use crate::lanes::{Lanes, Lanes3, Mask};
-use crate::material::{ContactStart, HistoryRotation, SlipDirection};
+use crate::material::TangentialForce;
 
 /// The law of a pair of materials ready for evaluation.
 #[derive(Clone, Copy, Debug)]
@@ -28,8 +28,6 @@ pub(crate) struct PairConstants<M: ContactModel> {
     friction: Real,
     rolling: Real,
     tension: bool,
-    slip_along_velocity: bool,
-    projected_only: bool,
     from_touch: bool,
     film: Option<Film>,
     bridge: Option<Bridge>,
@@ -43,9 +41,7 @@ impl<M: ContactModel> PairConstants<M> {
             friction: options.friction,
             rolling: options.rolling_friction,
             tension: options.tension,
-            slip_along_velocity: options.slip_direction == SlipDirection::Velocity,
-            projected_only: options.history == HistoryRotation::Projected,
-            from_touch: options.contact_start == ContactStart::Touch,
+            from_touch: options.tangential_force == TangentialForce::FromTouch,
             film,
             bridge,
         }
@@ -58,8 +54,6 @@ pub(crate) struct ConstantLanes<M: ContactModel, const W: usize> {
     friction: Lanes<W>,
     rolling: Lanes<W>,
     tension: Mask<W>,
-    slip_along_velocity: Mask<W>,
-    projected_only: Mask<W>,
     from_touch: Mask<W>,
     give: Lanes<W>,
     film: Option<Film>,
@@ -78,8 +72,6 @@ impl<M: ContactModel, const W: usize> ConstantLanes<M, W> {
             friction: Lanes::from_fn(|l| of(l).0.friction),
             rolling: Lanes::from_fn(|l| of(l).0.rolling),
             tension: Mask(std::array::from_fn(|l| of(l).0.tension)),
-            slip_along_velocity: Mask(std::array::from_fn(|l| of(l).0.slip_along_velocity)),
-            projected_only: Mask(std::array::from_fn(|l| of(l).0.projected_only)),
             from_touch: Mask(std::array::from_fn(|l| of(l).0.from_touch)),
             give: Lanes::from_fn(|l| Real::from(of(l).2)),
             film: of(0).0.film,
@@ -169,7 +161,7 @@ fn contact_force<M: ContactModel, const W: usize, const PLAIN: bool>(
     let left = turned.dot(turned);
     let mut stretch = left.above(length * Lanes::splat(1e-20)).select(length.divided_by(left).sqrt(), zero);
     if !PLAIN {
-        stretch = c.projected_only.select(Lanes::splat(1.0), stretch);
+        stretch = c.from_touch.select(stretch, Lanes::splat(1.0));
     }
     let touch = c.from_touch.any();
     let grows = if touch { time_in_touch(c, d_n, speed_n, dt) } else { Lanes::splat(dt) };
@@ -190,7 +182,7 @@ fn contact_force<M: ContactModel, const W: usize, const PLAIN: bool>(
     let mut cut = h_t * limit.divided_by(square.sqrt());
     if !PLAIN {
         let speed = v_t.dot(v_t).sqrt();
-        let along = Mask(std::array::from_fn(|l| c.slip_along_velocity.0[l] && speed.0[l] >= 1e-12));
+        let along = Mask(std::array::from_fn(|l| !c.from_touch.0[l] && speed.0[l] >= 1e-12));
         cut = along.select3(v_t * limit.divided_by(speed), cut);
     }
     let h_t = slips.select3(cut, h_t);

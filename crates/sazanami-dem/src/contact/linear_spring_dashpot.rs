@@ -9,7 +9,7 @@ use sazanami_numerics::Real;
 
 use super::model::{ContactModel, Springs};
 use crate::lanes::Lanes;
-use crate::material::{ContactOptions, ContactStart, HistoryRotation, SlipDirection};
+use crate::material::{ContactOptions, TangentialForce};
 
 /// Dashpot of a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,12 +49,8 @@ pub struct LinearSpringDashpot {
     pub friction: Real,
     /// Whether the dashpot may pull the grains together when they part.
     pub tension: bool,
-    /// Direction of friction in slip.
-    pub slip_direction: SlipDirection,
-    /// Rotation of the tangential displacement with the normal.
-    pub history: HistoryRotation,
-    /// Beginning of a contact's tangential spring.
-    pub contact_start: ContactStart,
+    /// How the tangential force comes about.
+    pub tangential_force: TangentialForce,
     /// Coefficient of a constant torque against rolling, in units of the effective radius; 0: none.
     pub rolling_friction: Real,
 }
@@ -69,9 +65,7 @@ impl LinearSpringDashpot {
         damping: Damping::Literal { normal: Self::SAND_DASHPOT, tangential: Self::SAND_DASHPOT },
         friction: 0.6,
         tension: false,
-        slip_direction: SlipDirection::Force,
-        history: HistoryRotation::LengthKept,
-        contact_start: ContactStart::Touch,
+        tangential_force: TangentialForce::FromTouch,
         rolling_friction: 0.0,
     };
 
@@ -169,8 +163,8 @@ impl ContactModel for LinearSpringDashpot {
     type Lanes<const W: usize> = Springs<W>;
 
     fn options(&self) -> ContactOptions {
-        let Self { friction, rolling_friction, tension, slip_direction, history, contact_start, .. } = *self;
-        ContactOptions { friction, rolling_friction, tension, slip_direction, history, contact_start }
+        let Self { friction, rolling_friction, tension, tangential_force, .. } = *self;
+        ContactOptions { friction, rolling_friction, tension, tangential_force }
     }
 
     fn scale_friction(&mut self, factor: Real) {

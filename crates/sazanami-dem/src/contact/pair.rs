@@ -34,7 +34,7 @@ pub(crate) const ACROSS: Real = 3.5;
 
 /// Half the reciprocal of the effective mass across the normal in a contact of balls with these reciprocal masses, 0 of
 /// what forces do not move: by how much a tangential force changes their velocity within half a sub-step [1/kg]. Read
-/// with [`crate::ContactStart::Touch`].
+/// with [`crate::TangentialForce::FromTouch`].
 pub(crate) fn give(inverse_masses: [Real; 2]) -> f32 {
     (0.5 * ACROSS * (inverse_masses[0] + inverse_masses[1])) as f32
 }

@@ -9,7 +9,7 @@ use crate::contact::block::Block;
 use crate::contact::counters::Counters;
 use crate::error::DemError;
 use crate::grain::ROWS;
-use crate::material::ContactStart;
+use crate::material::TangentialForce;
 
 /// Diagnostics of the grains of all ranks during a call.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -176,9 +176,9 @@ impl Engine {
         let law = &self.interactions.laws()[law as usize];
         let [normal, tangential] = law.stiffness(radius);
         let held = law.options().friction * normal * overlap / tangential.max(Real::MIN_POSITIVE);
-        let length = match law.options().contact_start {
-            ContactStart::SubStep => d_t.length(),
-            ContactStart::Touch => {
+        let length = match law.options().tangential_force {
+            TangentialForce::Published => d_t.length(),
+            TangentialForce::FromTouch => {
                 let v_t = v_r - n * v_r.dot(n);
                 (d_t + v_t * self.since_contacts).length().min(held.max(d_t.length()))
             }

@@ -99,7 +99,7 @@ fn the_usual_sub_step_keeps_restitution_within_two_percent() {
 }
 
 /// Sub-steps in the contact of a ball with a wall, where they are as long as the engine lets them be.
-fn usual_steps(start: ContactStart) -> Real {
+fn usual_steps(start: TangentialForce) -> Real {
     3.5_f64.sqrt() / start.substep_factors()[1]
 }
 
@@ -129,9 +129,9 @@ fn mean_impact(angle: Real, law: LinearSpringDashpot, steps: Real) -> [Real; 2] 
 
 #[test]
 fn sub_steps_of_contacts_from_touch_keep_the_mean_restitution_within_a_hundredth() {
-    let start = ContactStart::Touch;
+    let start = TangentialForce::FromTouch;
     for e in [0.5, 0.7, 0.9] {
-        let law = LinearSpringDashpot { contact_start: start, ..law(1e4, Damping::Restitution(e)) };
+        let law = LinearSpringDashpot { tangential_force: start, ..law(1e4, Damping::Restitution(e)) };
         let [fine, usual] = [500.0, usual_steps(start)].map(|steps| mean_impact(1.0, law, steps)[0]);
         println!("restitution {e}: {fine:.4} fine, {usual:.4} at the usual sub-step");
         assert!((usual - fine).abs() < 1e-2, "{e}: {fine} {usual}");
@@ -141,20 +141,20 @@ fn sub_steps_of_contacts_from_touch_keep_the_mean_restitution_within_a_hundredth
 /// Negative control of the test above: a sub-step 3.3 times as long misses the restitution of 0.5 by more.
 #[test]
 fn too_long_sub_steps_miss_the_mean_restitution() {
-    let start = ContactStart::Touch;
-    let law = LinearSpringDashpot { contact_start: start, ..law(1e4, Damping::Restitution(0.5)) };
+    let start = TangentialForce::FromTouch;
+    let law = LinearSpringDashpot { tangential_force: start, ..law(1e4, Damping::Restitution(0.5)) };
     let [fine, coarse] = [500.0, 0.3 * usual_steps(start)].map(|steps| mean_impact(1.0, law, steps)[0]);
     assert!((coarse - fine).abs() > 1e-2, "{fine} {coarse}");
 }
 
 /// The paper's sand with contacts from `start`.
-fn sand(start: ContactStart) -> LinearSpringDashpot {
+fn sand(start: TangentialForce) -> LinearSpringDashpot {
     let paper = Damping::Literal { normal: 2.95e-3, tangential: 2.95e-3 };
-    LinearSpringDashpot { contact_start: start, ..law(1e4, paper) }
+    LinearSpringDashpot { tangential_force: start, ..law(1e4, paper) }
 }
 
 /// Largest mean error of the spin over the tangential speed before, with sub-steps `factor` times as short as usual.
-fn error_of_the_spin(start: ContactStart, factor: Real) -> Real {
+fn error_of_the_spin(start: TangentialForce, factor: Real) -> Real {
     let spin = |angle: Real, steps: Real| mean_impact(angle, sand(start), steps)[1];
     let error = |angle: Real| (spin(angle, factor * usual_steps(start)) - spin(angle, 2000.0)).abs();
     [5.0, 20.0, 30.0, 40.0, 60.0].map(error).into_iter().fold(0.0, Real::max)
@@ -162,14 +162,14 @@ fn error_of_the_spin(start: ContactStart, factor: Real) -> Real {
 
 #[test]
 fn contacts_that_start_at_the_touch_take_up_the_right_spin() {
-    let [usual, half] = [1.0, 2.0].map(|factor| error_of_the_spin(ContactStart::Touch, factor));
-    let from_the_sub_step = error_of_the_spin(ContactStart::SubStep, 1.0);
+    let [usual, half] = [1.0, 2.0].map(|factor| error_of_the_spin(TangentialForce::FromTouch, factor));
+    let from_the_sub_step = error_of_the_spin(TangentialForce::Published, 1.0);
     println!(
         "error of the spin from the touch {usual:.4}, at half the sub-step {half:.4}; from the sub-step {from_the_sub_step:.4}"
     );
     assert!(usual < stability::USUAL_ERROR && half < 2e-3, "{usual} {half}");
     assert!(from_the_sub_step > 2e-2, "negative control: {from_the_sub_step}");
-    let too_long = error_of_the_spin(ContactStart::Touch, 1.0 / 3.0);
+    let too_long = error_of_the_spin(TangentialForce::FromTouch, 1.0 / 3.0);
     assert!(too_long > 5.0 * stability::USUAL_ERROR, "negative control, six times 0.075: {too_long}");
 }
 
@@ -178,10 +178,11 @@ fn contacts_that_start_at_the_touch_take_up_the_right_spin() {
 fn errors_of_impacts_are_those_of_the_engine() {
     let radius = 3.5e-4;
     let mass = 2650.0 * Body::ball(radius).volume;
-    for start in [ContactStart::Touch, ContactStart::SubStep] {
+    // Friction along the sliding velocity chatters where a contact stops slipping, at other moments in the engine.
+    for (start, within) in [(TangentialForce::FromTouch, 0.1), (TangentialForce::Published, 0.15)] {
         let told = impact::Impacts::new(&sand(start).into(), mass, radius).errors(start.substep_factors()[1]);
         let found = error_of_the_spin(start, 1.0);
-        assert!((told.spin.mean / found - 1.0).abs() < 0.1, "{start:?}: {} told, {found} found", told.spin.mean);
+        assert!((told.spin.mean / found - 1.0).abs() < within, "{start:?}: {} told, {found} found", told.spin.mean);
         assert!(told.spin.largest > told.spin.mean && told.restitution.mean < 1e-3, "{told:?}");
     }
 }
@@ -190,7 +191,7 @@ fn errors_of_impacts_are_those_of_the_engine() {
 #[test]
 fn sub_steps_are_as_long_as_the_error_that_is_allowed() {
     let asked = |allowed: Option<Real>| {
-        let interactions = Interactions::uniform(1, sand(ContactStart::Touch)).with_allowed_error(allowed);
+        let interactions = Interactions::uniform(1, sand(TangentialForce::FromTouch)).with_allowed_error(allowed);
         let mut masses = stability::EffectiveMasses::new(&interactions);
         masses.add(&Body::ball(3.5e-4), 1.0, 4.76e-7, 0);
         let longest = masses.longest_substep();

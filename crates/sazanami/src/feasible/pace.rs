@@ -116,7 +116,7 @@ impl Search<'_> {
         let interactions = grains::interactions(case);
         if let Some(longest) = longest_substep(case, populations, &interactions).filter(|longest| !longest.accurate) {
             let errors = impact_errors(case, populations, &interactions, longest.contact).unwrap_or_default();
-            let help = "allow a larger error; strong damping, `tension = true` and `contact_start = \"sub_step\"` cost accuracy";
+            let help = "allow a larger error; strong damping, `tension = true` and `tangential_force = \"published\"` cost accuracy";
             self.report
                 .error_at(
                     place,

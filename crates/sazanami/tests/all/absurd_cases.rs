@@ -525,7 +525,8 @@ fn magnitudes_that_nobody_means_are_said() {
     );
     // Control: the cases as they are, and none of these quantities, are not doubted.
     // Defaults written out, as in the case of a run's folder, pass too.
-    let usual = ["solver=mics", "dem.substeps=auto", "dem.film_roughness=auto", "dem.rolling=none", "coupling={}"];
+    let usual =
+        ["solver=mics", "dem.substeps=auto", "dem.film_roughness=auto", "dem.rolling_friction=0", "coupling={}"];
     for (case, changes) in [
         (RAINDROP, &[][..]),
         (RIPPLES, &[]),

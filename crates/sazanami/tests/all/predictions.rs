@@ -9,7 +9,7 @@ use sazanami::machine::Machine;
 use sazanami::progress::StepLine;
 use sazanami::run;
 use sazanami::stop::Stop;
-use sazanami_dem::ContactStart;
+use sazanami_dem::TangentialForce;
 use sazanami_numerics::Real;
 
 use crate::support::{Listener, On, Scratch, load, start};
@@ -138,7 +138,7 @@ fn the_first_step_of_random_cases_is_that_of_check() {
         let mass = report.populations[0].mass_kg.expect("a sphere has a mass");
         let [normal, tangential] = loaded.case.contacts[0].law.stiffness(0.0);
         let contact =
-            ContactStart::default().substep_factors()[1] * PI * (mass / (2.0 * normal.max(tangential))).sqrt();
+            TangentialForce::default().substep_factors()[1] * PI * (mass / (2.0 * normal.max(tangential))).sqrt();
         told_apart += usize::from((step.dt / contact).ceil() as usize != step.substeps);
     }
     assert!(told_apart >= 3, "{told_apart}");
@@ -166,7 +166,7 @@ fn sub_steps_follow_the_allowed_error() {
     assert!(damped.restitution.mean > 5.0 * usual.2.restitution.mean, "{damped:?} {usual:?}");
     assert!(pulls.spin.mean > usual.2.spin.mean, "{pulls:?} {usual:?}");
     // Negative control: contacts from the sub-step keep their old one, and their error.
-    assert!(with(&["dem.contact_start=sub_step"]).2.spin.mean > 0.025);
+    assert!(with(&["dem.tangential_force=published"]).2.spin.mean > 0.025);
 }
 
 /// A liquid that fills a periodic box and moves, with a velocity on top; no grains.

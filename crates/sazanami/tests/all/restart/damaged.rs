@@ -146,10 +146,13 @@ fn made_older(folder: &Path, key: &str, program: serde_json::Value) {
     assert!(older.len() < text.len(), "{key} is not in the copy");
     // And more keys, which have gone since.
     let gone = |text: String, table: &str, key: &str| {
-        if text.contains(key) { text } else { text.replace(table, &format!("{table}{key}")) }
+        let with = if key.ends_with(table) { key.to_owned() } else { format!("{table}{key}") };
+        if text.contains(key) { text } else { text.replace(table, &with) }
     };
     let older = gone(older, "[fluid]\n", "vof = \"plic\"\n");
     let older = gone(older, "[coupling]\n", "alpha = \"columns(4)\"\n");
+    let older = gone(older, "[dem]\n", "contact_start = \"touch\"\nrolling = \"none\"\nslip_direction = \"force\"\n");
+    let older = gone(older, "normal_damping = ", "damping = \"literal\"\nnormal_damping = ");
     std::fs::write(&path, &older).expect("the run left it");
     let reader = crate::support::newest(folder);
     let mut state: serde_json::Value = reader.get_json("run/state").expect("the run left it");
