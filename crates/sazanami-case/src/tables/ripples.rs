@@ -47,7 +47,8 @@ pub struct Ripples {
     #[key(unit = "m", within = Between(grain_size, cx.known.domain.extent().x),
           default = cx.known.domain.extent().x, says = "the whole length")]
     pub layer_length: Real,
-    /// Distance from the end walls at which ripples are not measured; less than 0.45 of the tank.
+    /// Distance from the end walls at which ripples are not measured; less than 0.45 of the tank. A box that is periodic along x1 has
+    /// none and is measured whole.
     #[key(unit = "m", within = Between(0.0, WIDEST_MARGIN * cx.known.domain.extent().x),
           default = MARGIN.min(0.25 * cx.known.domain.extent().x), says = "10 mm, at most a quarter of the length")]
     pub margin: Real,

@@ -9,9 +9,9 @@
 use sazanami_numerics::Real;
 
 use super::predictors::{LEAST_MOBILITY, LONGEST_OVER_AMPLITUDE};
-use super::smoothing::smoothed;
-use super::trend::{detrended, length_of_peak, without_line};
-use super::{SurfaceProfile, Unmeasured};
+use super::smoothing::{smoothed, smoothed_around};
+use super::trend::{detrended, highest_harmonic, length_of_peak, without_line, without_mean};
+use super::{Reach, Sides, SurfaceProfile, Unmeasured};
 use crate::fit::vertex;
 
 /// Wavelength that grains make by themselves, over their size: waves that short are smoothed away.
@@ -21,17 +21,21 @@ const LONGEST: Real = 60e-3;
 /// Part of the longest ripples at each end of a profile that a mound is not read from.
 const ENDS: Real = 0.25;
 
-/// Relief of a bed: root mean square of the part of its profile within `range` \[m] about its parabola of least squares, all
-/// wavelengths \[m].
+/// Relief of a bed: root mean square of the part of its profile within `reach` about its parabola of least squares, or about its
+/// mean where the ends are joined: a wave that such a bed has once is no trend. All wavelengths \[m].
 ///
 /// # Errors
 /// If the part has gaps or fewer than four places.
-pub fn relief(profile: &SurfaceProfile, range: [Real; 2]) -> Result<Real, Unmeasured> {
-    let values = profile.within(range).whole()?;
+pub fn relief(profile: &SurfaceProfile, reach: Reach) -> Result<Real, Unmeasured> {
+    let values = profile.within(reach.range).whole()?;
     if values.len() < 4 {
         return Err(Unmeasured::TooFewValues { found: values.len(), needed: 4 });
     }
-    Ok((detrended(&values).iter().map(|z| z * z).sum::<Real>() / values.len() as Real).sqrt())
+    let rest = match reach.ends {
+        Sides::Walls => detrended(&values),
+        Sides::Periodic => without_mean(&values),
+    };
+    Ok((rest.iter().map(|z| z * z).sum::<Real>() / values.len() as Real).sqrt())
 }
 
 /// Settings that tell mound and ripples apart.
@@ -101,10 +105,10 @@ pub struct BedForms {
 }
 
 impl BedForms {
-    /// Looks at the part of a profile within `range` \[m].
+    /// Looks at the part of a profile within `reach`.
     #[must_use]
-    pub fn of(profile: &SurfaceProfile, range: [Real; 2], settings: &BedFormSettings) -> Self {
-        let part = profile.within(range);
+    pub fn of(profile: &SurfaceProfile, reach: Reach, settings: &BedFormSettings) -> Self {
+        let part = profile.within(reach.range);
         let shortest = SHORTEST * settings.grain_size;
         let length = part.len() as Real * part.spacing;
         let values = part.whole().and_then(|values| {
@@ -115,26 +119,40 @@ impl BedForms {
             }
         });
         let values = match values {
-            Ok(values) => without_line(&values),
+            Ok(values) => values,
             Err(problem) => return Self { mound: Err(problem), ripples: Err(problem) },
         };
-        let long = smoothed(&values, part.spacing, settings.longest);
-        let short = smoothed(&values, part.spacing, shortest);
+        let values = match reach.ends {
+            Sides::Walls => without_line(&values),
+            Sides::Periodic => without_mean(&values),
+        };
+        let smooth = |half: Real| match reach.ends {
+            Sides::Walls => smoothed(&values, part.spacing, half),
+            Sides::Periodic => smoothed_around(&values, part.spacing, half),
+        };
+        let (long, short) = (smooth(settings.longest), smooth(shortest));
         let waves: Vec<Real> = short.iter().zip(&long).map(|(short, long)| short - long).collect();
-        Self { mound: mound(&part, &values, &long, settings), ripples: ripples(&part, &waves, settings) }
+        Self {
+            mound: mound(&part, reach.ends, &values, &long, settings),
+            ripples: ripples(&part, reach.ends, &waves, settings),
+        }
     }
 }
 
 fn mound(
     part: &SurfaceProfile,
+    ends: Sides,
     values: &[Real],
     long: &[Real],
     settings: &BedFormSettings,
 ) -> Result<Mound, Unmeasured> {
-    // Parabolas at the ends have neighbours on one side only and follow ripples there.
-    let ends = ((ENDS * settings.longest / part.spacing) as usize).min(long.len() / 8);
-    let (mut low, mut high) = (ends, ends);
-    for (n, value) in long.iter().enumerate().take(long.len() - ends).skip(ends) {
+    // Parabolas at the ends of a tank have neighbours on one side only and follow ripples there.
+    let left_out = match ends {
+        Sides::Walls => ((ENDS * settings.longest / part.spacing) as usize).min(long.len() / 8),
+        Sides::Periodic => 0,
+    };
+    let (mut low, mut high) = (left_out, left_out);
+    for (n, value) in long.iter().enumerate().take(long.len() - left_out).skip(left_out) {
         low = if *value < long[low] { n } else { low };
         high = if *value > long[high] { n } else { high };
     }
@@ -142,24 +160,47 @@ fn mound(
     if height < least {
         return Err(Unmeasured::Level { height, least });
     }
-    let wavelength =
-        length_of_peak(values, part.spacing, settings.longest).ok_or(Unmeasured::Level { height: 0.0, least })?;
+    let wavelength = match ends {
+        Sides::Walls => length_of_peak(values, part.spacing, settings.longest),
+        Sides::Periodic => highest_harmonic(values, part.spacing, settings.longest),
+    };
+    let wavelength = wavelength.ok_or(Unmeasured::Level { height: 0.0, least })?;
     Ok(Mound { wavelength, height, crest: part.x(high) })
 }
 
-fn ripples(part: &SurfaceProfile, waves: &[Real], settings: &BedFormSettings) -> Result<CrestedRipples, Unmeasured> {
+fn ripples(
+    part: &SurfaceProfile,
+    ends: Sides,
+    waves: &[Real],
+    settings: &BedFormSettings,
+) -> Result<CrestedRipples, Unmeasured> {
     if settings.mobile.as_ref().is_some_and(Vec::is_empty) {
         return Err(Unmeasured::Immobile { least: LEAST_MOBILITY });
     }
-    let found = crests(waves, settings.grain_size);
-    let place = |n: usize| {
-        let shift = vertex(waves[n - 1], waves[n], waves[n + 1]).map_or(0.0, |(shift, _)| shift);
-        part.x(n) + shift * part.spacing
+    let count = waves.len();
+    let found = match ends {
+        Sides::Walls => crests(waves, settings.grain_size),
+        // Crests of the middle one of three periods.
+        Sides::Periodic => crests(&waves.repeat(3), settings.grain_size)
+            .into_iter()
+            .filter(|(n, _)| (count..2 * count).contains(n))
+            .map(|(n, height)| (n - count, height))
+            .collect(),
     };
-    let allowed: Vec<(usize, Real, Real)> = found
+    let place = |n: usize| {
+        // A crest between end walls is never the first or the last place.
+        let shift = vertex(waves[(n + count - 1) % count], waves[n], waves[(n + 1) % count]);
+        part.x(n) + shift.map_or(0.0, |(shift, _)| shift) * part.spacing
+    };
+    let mut allowed: Vec<(usize, Real, Real)> = found
         .into_iter()
         .filter_map(|(n, height)| settings.allows(place(n)).map(|zone| (zone, place(n), height)))
         .collect();
+    let crests = allowed.len();
+    // Behind the last crest of a bed that goes on comes its first.
+    if let (Sides::Periodic, Some(&(zone, x, height))) = (ends, allowed.first()) {
+        allowed.push((zone, x + count as Real * part.spacing, height));
+    }
     // What is left of bars by the filter stands further apart than ripples do.
     let distances: Vec<Real> = allowed
         .windows(2)
@@ -169,8 +210,9 @@ fn ripples(part: &SurfaceProfile, waves: &[Real], settings: &BedFormSettings) ->
         .collect();
     if distances.is_empty() {
         let highest = extent(waves);
-        return Err(Unmeasured::TooFewCrests { found: allowed.len(), least: settings.grain_size, highest });
+        return Err(Unmeasured::TooFewCrests { found: crests, least: settings.grain_size, highest });
     }
+    allowed.truncate(crests);
     let count = distances.len() as Real;
     let wavelength = distances.iter().sum::<Real>() / count;
     let squares: Real = distances.iter().map(|distance| (distance - wavelength).powi(2)).sum();
@@ -224,6 +266,7 @@ mod tests {
 
     const D: Real = 1e-3;
     const RANGE: [Real; 2] = [-0.065, 0.065];
+    const INSIDE: Reach = Reach { range: RANGE, ends: Sides::Walls };
 
     /// As under the wave of a tank of 150 mm: an orbital amplitude of 20 mm, grains move over 60 mm in the middle.
     fn settings() -> BedFormSettings {
@@ -253,20 +296,20 @@ mod tests {
     #[test]
     fn a_mound_alone_has_no_ripples() {
         let bed = profile(|x| 0.01 + mound_at(x) + rough_at(x));
-        let found = BedForms::of(&bed, RANGE, &settings());
+        let found = BedForms::of(&bed, INSIDE, &settings());
         let mound = found.mound.expect("a mound");
         assert!((mound.wavelength / 87e-3 - 1.0).abs() < 0.2, "{mound:?}");
         assert!((mound.height / 3.6e-3 - 1.0).abs() < 0.15 && mound.crest.abs() < 3e-3, "{mound:?}");
         assert!(matches!(found.ripples, Err(Unmeasured::TooFewCrests { found: 0, highest, .. }) if highest < D));
         // With the long waves left in, the mound is a crest.
         let kept = BedFormSettings { longest: 1.0, ..settings() };
-        assert!(matches!(BedForms::of(&bed, RANGE, &kept).ripples, Err(Unmeasured::TooFewCrests { found: 1, .. })));
+        assert!(matches!(BedForms::of(&bed, INSIDE, &kept).ripples, Err(Unmeasured::TooFewCrests { found: 1, .. })));
     }
 
     #[test]
     fn ripples_on_a_mound_are_told_from_it() {
         let bed = profile(|x| 0.01 + mound_at(x) + rough_at(x) + ripple_at(x));
-        let found = BedForms::of(&bed, RANGE, &settings());
+        let found = BedForms::of(&bed, INSIDE, &settings());
         let ripples = found.ripples.expect("ripples");
         assert_eq!(ripples.crests.len(), 3, "{ripples:?}");
         assert!((ripples.wavelength / 25e-3 - 1.0).abs() < 0.05, "{ripples:?}");
@@ -284,25 +327,26 @@ mod tests {
         let x = |n: u32| -0.15 + 0.5e-3 * f64::from(n);
         let bars = |x: Real| 0.02 + 3.5e-3 * (TAU * x / 87e-3).cos();
         let bed = SurfaceProfile::complete(x(0), 0.5e-3, (0..600).map(|n| bars(x(n))));
-        let found = BedForms::of(&bed, [-0.14, 0.14], &BedFormSettings::of_grains(D));
+        let wide = Reach { range: [-0.14, 0.14], ends: Sides::Walls };
+        let found = BedForms::of(&bed, wide, &BedFormSettings::of_grains(D));
         assert!(matches!(found.ripples, Err(Unmeasured::TooFewCrests { .. })), "{found:?}");
         assert!((found.mound.expect("bars").wavelength / 87e-3 - 1.0).abs() < 0.1);
         // Negative control: without that bound their rests are crests.
         let kept = BedFormSettings { longest: 0.09, ..BedFormSettings::of_grains(D) };
-        assert!(BedForms::of(&bed, [-0.14, 0.14], &kept).ripples.is_ok());
+        assert!(BedForms::of(&bed, wide, &kept).ripples.is_ok());
     }
 
     #[test]
     fn a_low_mound_under_ripples_keeps_its_wavelength() {
         let bed = profile(|x| 0.01 + 0.4 * mound_at(x) + ripple_at(x));
-        let found = BedForms::of(&bed, RANGE, &settings());
+        let found = BedForms::of(&bed, INSIDE, &settings());
         assert!((found.mound.expect("a mound").wavelength / 87e-3 - 1.0).abs() < 0.25);
     }
 
     #[test]
     fn a_flat_bed_has_neither() {
         let bed = profile(|x| 0.01 + 0.02 * x + rough_at(x));
-        let found = BedForms::of(&bed, RANGE, &settings());
+        let found = BedForms::of(&bed, INSIDE, &settings());
         assert!(matches!(found.mound, Err(Unmeasured::Level { height, .. }) if height < 0.2e-3), "{found:?}");
         assert!(matches!(found.ripples, Err(Unmeasured::TooFewCrests { found: 0, .. })), "{found:?}");
     }
@@ -310,23 +354,56 @@ mod tests {
     #[test]
     fn ripples_without_a_mound_count_where_grains_move() {
         let bed = profile(|x| 0.01 + rough_at(x) + ripple_at(x));
-        let everywhere = BedForms::of(&bed, RANGE, &BedFormSettings::under(D, 20e-3, vec![RANGE]));
+        let everywhere = BedForms::of(&bed, INSIDE, &BedFormSettings::under(D, 20e-3, vec![RANGE]));
         assert_eq!(everywhere.ripples.expect("ripples").crests.len(), 5);
         assert!(everywhere.mound.is_err());
-        assert_eq!(BedForms::of(&bed, RANGE, &settings()).ripples.expect("ripples").crests.len(), 3);
-        let unknown = BedForms::of(&bed, RANGE, &BedFormSettings::of_grains(D));
+        assert_eq!(BedForms::of(&bed, INSIDE, &settings()).ripples.expect("ripples").crests.len(), 3);
+        let unknown = BedForms::of(&bed, INSIDE, &BedFormSettings::of_grains(D));
         assert_eq!(unknown.ripples.expect("ripples").crests.len(), 5);
-        let still = BedForms::of(&bed, RANGE, &BedFormSettings::under(D, 20e-3, Vec::new()));
+        let still = BedForms::of(&bed, INSIDE, &BedFormSettings::under(D, 20e-3, Vec::new()));
         assert_eq!(still.ripples, Err(Unmeasured::Immobile { least: LEAST_MOBILITY }));
         // Crests of two zones have no distance from one another.
         let apart = BedFormSettings::under(D, 20e-3, vec![[-30e-3, -10e-3], [10e-3, 30e-3]]);
-        assert!(matches!(BedForms::of(&bed, RANGE, &apart).ripples, Err(Unmeasured::TooFewCrests { found: 2, .. })));
+        assert!(matches!(BedForms::of(&bed, INSIDE, &apart).ripples, Err(Unmeasured::TooFewCrests { found: 2, .. })));
         // Half a grain high they are none.
         let low = profile(|x| 0.01 + 0.2 * ripple_at(x));
-        assert!(BedForms::of(&low, RANGE, &settings()).ripples.is_err());
+        assert!(BedForms::of(&low, INSIDE, &settings()).ripples.is_err());
         let mut broken = bed.clone();
         broken.heights[150] = None;
-        assert!(matches!(BedForms::of(&broken, RANGE, &settings()).mound, Err(Unmeasured::Gap { .. })));
+        assert!(matches!(BedForms::of(&broken, INSIDE, &settings()).mound, Err(Unmeasured::Gap { .. })));
+    }
+
+    #[test]
+    fn a_bed_whose_ends_are_joined_keeps_the_wave_that_it_has_once() {
+        // A period of 66 mm, its crest moved round the seam.
+        let around = |number: Real, crest: Real| {
+            let x = |n: u32| -32.75e-3 + 0.5e-3 * f64::from(n);
+            let z = |x: Real| 0.01 + 3e-3 * (TAU * number * (x - crest) / 66e-3).cos();
+            SurfaceProfile::complete(x(0), 0.5e-3, (0..132).map(|n| z(x(n))))
+        };
+        let joined = Reach { range: [-33e-3, 33e-3], ends: Sides::Periodic };
+        let walls = Reach { ends: Sides::Walls, ..joined };
+        let settings = BedFormSettings::under(D, 60e-3, vec![joined.range]);
+        for crest in [0.0, 14.2e-3, 33e-3] {
+            let bed = around(1.0, crest);
+            let height = relief(&bed, joined).expect("a relief");
+            assert!((height / (3e-3 / Real::sqrt(2.0)) - 1.0).abs() < 1e-9, "{crest}: {height}");
+            let found = BedForms::of(&bed, joined, &settings);
+            let ripples = found.ripples.expect("a ripple");
+            assert!(ripples.crests.len() == 1 && (ripples.wavelength / 66e-3 - 1.0).abs() < 1e-9, "{ripples:?}");
+            assert!((ripples.height / 6e-3 - 0.9).abs() < 0.1, "{ripples:?}");
+            let off = (ripples.crests[0] - crest).rem_euclid(66e-3);
+            assert!(off.min(66e-3 - off) < 0.1e-3, "{crest}: {ripples:?}");
+            let three = BedForms::of(&around(3.0, crest), joined, &settings).ripples.expect("ripples");
+            assert!(three.crests.len() == 3 && (three.wavelength / 22e-3 - 1.0).abs() < 1e-6, "{three:?}");
+            // Longer than ripples can be: a mound.
+            let mound = BedForms::of(&bed, joined, &BedFormSettings::of_grains(0.2 * D)).mound.expect("a mound");
+            assert!((mound.wavelength / 66e-3 - 1.0).abs() < 1e-9, "{mound:?}");
+        }
+        // Negative control: between end walls a parabola takes most of the wave, and a slope is no relief.
+        assert!(relief(&around(1.0, 0.0), walls).is_ok_and(|height| height < 0.6 * 3e-3 / Real::sqrt(2.0)));
+        let level = SurfaceProfile::complete(-32.75e-3, 0.5e-3, (0..132).map(|_| 0.01));
+        assert!(BedForms::of(&level, joined, &settings).ripples.is_err());
     }
 
     #[test]
@@ -334,7 +411,7 @@ mod tests {
         let everywhere = BedFormSettings::under(D, 20e-3, vec![RANGE]);
         let of = |length: fn(Real) -> Real| {
             let bed = profile(|x| 0.01 + 1.25e-3 * (TAU * x / length(x)).cos());
-            BedForms::of(&bed, RANGE, &everywhere).ripples.expect("ripples")
+            BedForms::of(&bed, INSIDE, &everywhere).ripples.expect("ripples")
         };
         let (even, uneven) = (of(|_| 25e-3), of(|x| if x < 0.0 { 20e-3 } else { 25e-3 }));
         assert!(even.uncertainty < Some(0.3e-3), "{even:?}");
@@ -346,12 +423,13 @@ mod tests {
     fn a_trend_is_no_relief() {
         let found = |height: Real| {
             let bed = profile(|x| 0.01 + 0.3 * x - 2.0 * x * x + height * (TAU * x / 10e-3).sin());
-            relief(&bed, RANGE).expect("a relief")
+            relief(&bed, INSIDE).expect("a relief")
         };
         assert!(found(0.0) < 1e-12 && (found(1e-3) * 2.0_f64.sqrt() / 1e-3 - 1.0).abs() < 0.02);
         let mut broken = profile(|_| 0.01);
         broken.heights[150] = None;
-        assert!(matches!(relief(&broken, RANGE), Err(Unmeasured::Gap { .. })));
-        assert_eq!(relief(&profile(|_| 0.01), [0.0, 1e-3]), Err(Unmeasured::TooFewValues { found: 2, needed: 4 }));
+        assert!(matches!(relief(&broken, INSIDE), Err(Unmeasured::Gap { .. })));
+        let short = Reach { range: [0.0, 1e-3], ..INSIDE };
+        assert_eq!(relief(&profile(|_| 0.01), short), Err(Unmeasured::TooFewValues { found: 2, needed: 4 }));
     }
 }

@@ -2,7 +2,7 @@
 
 use sazanami_numerics::Real;
 
-use super::{BedFormSettings, BedForms, CrestedRipples, SurfaceProfile, Unmeasured};
+use super::{BedFormSettings, BedForms, CrestedRipples, Reach, Sides, SurfaceProfile, Unmeasured};
 
 /// Distance of the places at which two profiles are compared \[m].
 const SPACING: Real = 1e-3;
@@ -199,7 +199,7 @@ pub fn match_bed(
 ) -> Result<BedMatch, Unmeasured> {
     let ripples = |pair: &Pair, heights: &[Real]| {
         let profile = SurfaceProfile::complete(pair.range[0], SPACING, heights.iter().copied());
-        BedForms::of(&profile, profile.range(), settings).ripples
+        BedForms::of(&profile, Reach { range: profile.range(), ends: Sides::Walls }, settings).ripples
     };
     let unmoved = pair(run, measured, 0.0, 0.0)?;
     let half_wave = ripples(&unmoved, &unmoved.measured).map_or(Real::INFINITY, |found| 0.5 * found.wavelength);

@@ -84,11 +84,23 @@ impl Tank {
         self.y[1] - self.y[0]
     }
 
-    /// The part of x1 that is farther than `margin` \[m] from both end walls.
+    /// The part of x1 that is farther than `margin` \[m] from both end walls; all of a tank whose ends are joined.
     #[must_use]
-    pub fn range_inside(&self, margin: Real) -> [Real; 2] {
-        [self.x[0] + margin, self.x[1] - margin]
+    pub fn reach(&self, margin: Real) -> Reach {
+        match self.ends {
+            Sides::Periodic => Reach { range: self.x, ends: Sides::Periodic },
+            Sides::Walls => Reach { range: [self.x[0] + margin, self.x[1] - margin], ends: Sides::Walls },
+        }
     }
+}
+
+/// The part of x1 whose forms are looked at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reach {
+    /// First and last place \[m].
+    pub range: [Real; 2],
+    /// Whether its ends are joined: then it is a period of the bed, which has neither slope nor bend, and goes on beyond them.
+    pub ends: Sides,
 }
 
 /// Spherical grains at one instant, one entry each, in the order of their identifiers.

@@ -36,6 +36,14 @@ pub(super) fn smoothed(values: &[Real], spacing: Real, half: Real) -> Vec<Real> 
     (0..count).map(at).collect()
 }
 
+/// The same of values that repeat.
+pub(super) fn smoothed_around(values: &[Real], spacing: Real, half: Real) -> Vec<Real> {
+    let count = values.len();
+    let reach = (REACH * WIDTH * half / spacing).ceil() as usize;
+    let more: Vec<Real> = (0..count + 2 * reach).map(|n| values[(n + count * reach - reach) % count]).collect();
+    smoothed(&more, spacing, half)[reach..reach + count].to_vec()
+}
+
 #[cfg(test)]
 mod tests {
     use std::f64::consts::TAU;

@@ -34,6 +34,30 @@ pub(super) fn without_line(values: &[Real]) -> Vec<Real> {
     line(&points).map_or_else(|| values.to_vec(), |line| points.iter().map(|point| rest(*point, line)).collect())
 }
 
+/// Takes the mean off.
+pub(super) fn without_mean(values: &[Real]) -> Vec<Real> {
+    let mean = values.iter().sum::<Real>() / values.len().max(1) as Real;
+    values.iter().map(|value| value - mean).collect()
+}
+
+/// Length \[m] of the highest of the waves that values `spacing` \[m] apart, which repeat, have a whole number of, down to
+/// `shortest` \[m]; `None` for values that are all the same.
+pub(super) fn highest_harmonic(values: &[Real], spacing: Real, shortest: Real) -> Option<Real> {
+    let count = values.len();
+    let square = |wave: usize| {
+        let of = |function: fn(Real) -> Real| {
+            let angle = |n: usize| TAU * (wave * n % count) as Real / count as Real;
+            values.iter().enumerate().map(|(n, value)| value * function(angle(n))).sum::<Real>()
+        };
+        of(Real::sin).powi(2) + of(Real::cos).powi(2)
+    };
+    let length = count as Real * spacing;
+    let last = ((length / shortest) as usize).clamp(1, (count / 4).max(1));
+    let squares: Vec<(usize, Real)> = (1..=last).map(|wave| (wave, square(wave))).collect();
+    let highest = squares.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    (highest.1 > 0.0).then(|| length / highest.0 as Real)
+}
+
 /// Wavelength \[m] of the highest peak of the spectrum of values `spacing` \[m] apart, waves from `shortest` \[m] to twice the
 /// profile; `None` for values that are all the same.
 pub(super) fn length_of_peak(values: &[Real], spacing: Real, shortest: Real) -> Option<Real> {

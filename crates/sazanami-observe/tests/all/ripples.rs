@@ -57,14 +57,14 @@ fn surface(tank: &Tank, position: &[Vector]) -> SurfaceProfile {
 fn a_level_bed_of_grains_in_disorder_has_no_ripples() {
     for width in [8e-3, 20e-3] {
         let tank = tank(width);
-        let range = tank.range_inside(10e-3);
+        let reach = tank.reach(10e-3);
         for seed in 1..=6 {
             // The top layer is half full: the roughest a level bed can be.
             let bed = surface(&tank, &grains(&tank, seed, |_| 10.5 * SPACING));
-            let found = BedForms::of(&bed, range, &BedFormSettings::of_grains(D)).ripples;
+            let found = BedForms::of(&bed, reach, &BedFormSettings::of_grains(D)).ripples;
             assert!(matches!(found, Err(Unmeasured::TooFewCrests { .. })), "width {width}, seed {seed}: {found:?}");
             // Its roughness is there: without the least height of a crest there would be some.
-            assert!(relief(&bed, range).expect("a relief") > 0.1 * D * (D / width).sqrt());
+            assert!(relief(&bed, reach).expect("a relief") > 0.1 * D * (D / width).sqrt());
         }
     }
 }
@@ -74,7 +74,7 @@ fn ripples_of_grains_in_disorder_have_their_length_and_height() {
     let tank = tank(20e-3);
     let bed = |x: Real| 0.010 + 1.25e-3 * (TAU * x / 22e-3).sin();
     let found = surface(&tank, &grains(&tank, 1, bed));
-    let ripples = BedForms::of(&found, tank.range_inside(10e-3), &BedFormSettings::of_grains(D)).ripples;
+    let ripples = BedForms::of(&found, tank.reach(10e-3), &BedFormSettings::of_grains(D)).ripples;
     let ripples = ripples.expect("ripples");
     assert!((ripples.wavelength / 22e-3 - 1.0).abs() < 0.05, "{ripples:?}");
     assert!((ripples.height / 2.5e-3 - 1.0).abs() < 0.2, "{ripples:?}");

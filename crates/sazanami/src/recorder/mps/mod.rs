@@ -168,7 +168,7 @@ pub(crate) fn closed(case: &meaning::Ripples, profile: &SurfaceProfile) -> Surfa
 
 /// Relief of the surface of a bed off the end walls \[m], if it has no gaps.
 pub(crate) fn relief_of(case: &meaning::Ripples, tank: &Tank, profile: &SurfaceProfile) -> Option<Real> {
-    ripples::relief(&closed(case, profile), tank.range_inside(case.margin)).ok()
+    ripples::relief(&closed(case, profile), tank.reach(case.margin)).ok()
 }
 
 /// Displacement \[m] and velocity [m/s] of a tank whose walls move.
