@@ -5,7 +5,7 @@ use sazanami_numerics::Real;
 use crate::case::Case;
 use crate::presets::Solver;
 use crate::read::Context;
-use crate::tables::{BoundarySide, Coupling, DemOptions, FilmRoughness, Population, SIDE_NAMES};
+use crate::tables::{BoundarySide, Coupling, DemOptions, FilmRoughness, Population, SIDE_NAMES, usual_margin};
 use crate::units::rounded;
 
 /// Nothing is refused.
@@ -166,6 +166,8 @@ fn check_idle(case: &Case, cx: &mut Context<'_>) {
         return;
     }
     let (dry, bare) = (!case.has_liquid(), case.grains.is_empty());
+    let around = case.periodic()[0]
+        && case.ripples.as_ref().is_some_and(|ripples| ripples.margin != usual_margin(case.domain.extent().x));
     let net = case.mean_flow().is_some_and(|flow| flow.net);
     // Defaults, which the case in a run's folder has too, pass.
     let (dem, usual) = (&case.dem, DemOptions::default());
@@ -181,6 +183,7 @@ fn check_idle(case: &Case, cx: &mut Context<'_>) {
         ("coupling", bare && case.coupling != Coupling::default(), "there are no grains"),
         ("contact", bare, "there are no grains"),
         ("overlap", bare, "there are no grains"),
+        ("ripples.margin", around, "the box is periodic along x1, has no end walls and is measured whole"),
     ];
     for (key, without, why) in idle {
         if let Some(place) = cx.places.of(key).filter(|_| without) {

@@ -10,7 +10,7 @@ const OF_PUBLISHED: &str =
     "the default, `projection = \"conjugate\"`, has none, and `\"enhanced\"` has it as published; leave the key out";
 
 /// What is said of parts of the tangential force of a contact.
-const TANGENTIAL: &str = "`tangential_force` chooses the force as a whole: `from_touch`, the default, for `force`, `length_kept`, `touch`; `published` for `velocity`, `projected`, `sub_step`";
+const TANGENTIAL: &str = "`tangential_force` chooses the force as a whole: `from_touch` for `force`, `length_kept`, `touch`; `published` for `velocity`, `projected`, `sub_step`; mixtures are gone";
 
 /// Path of a key without positions in lists, the word that went (`None`: the key went), and what a case does instead; sorted
 /// by path and word.
@@ -18,7 +18,7 @@ const REMOVED: &[(&str, Option<&str>, &str)] = &[
     (
         "contact.damping",
         None,
-        "coefficients (`normal_damping`) or a `restitution` say which dashpot is meant; leave the key out",
+        "coefficients (`normal_damping`) or a `restitution` say which dashpot is meant; where `restitution` stood here alone, write `restitution = 0.5`",
     ),
     (
         "coupling.alpha",
@@ -47,7 +47,7 @@ const REMOVED: &[(&str, Option<&str>, &str)] = &[
     (
         "dem.damping",
         None,
-        "coefficients or the restitution of a contact say which dashpot is meant: `contact.default.restitution`",
+        "coefficients or the restitution of a contact say which dashpot is meant; for `restitution` write `contact.default.restitution`, 0.5 where none stood",
     ),
     ("dem.history", None, TANGENTIAL),
     ("dem.multiplicity", None, "all spheres of a pair that touch act in full; leave the key out"),

@@ -225,20 +225,27 @@ impl Engine {
         &mut self.grains.wetness
     }
 
-    /// Surroundings within `margin` \[m] of this rank's part along the periodic directions that it spans.
+    /// Surroundings nearer than `margin` \[m] to this rank's part; where a side of the box is not periodic, all that is beyond it.
     ///
     /// With a margin up to [`Setup::ghost_margin`] every image of a grain in it has an entry. Whether there are entries
-    /// farther away depends on when lists were renewed: a sum whose order is to follow from the state alone omits
-    /// them. There are no images beyond a whole period.
+    /// farther away, as beyond the corners of two periodic directions, depends on when lists were renewed: a sum whose order is to follow
+    /// from the state alone omits them. There are no images beyond a whole period.
     #[must_use]
     pub fn vicinity(&self, domain: &Domain, margin: Real) -> Vicinity {
-        let (mut lower, mut upper) = domain.rank_box(domain.communicator().rank());
-        for d in 0..3 {
-            let beyond = if domain.wraps_alone(d) { margin.min(self.period[d]) } else { Real::INFINITY };
-            lower[d] -= beyond;
-            upper[d] += beyond;
+        let rank = domain.communicator().rank();
+        let (mut lower, mut upper) = domain.rank_box(rank);
+        let (start, cells) = domain.decomposition().part(rank);
+        let mut farthest = self.period;
+        for d in (0..3).filter(|&d| !domain.periodic()[d]) {
+            farthest[d] = Real::INFINITY;
+            if start[d] == 0 {
+                lower[d] = Real::NEG_INFINITY;
+            }
+            if start[d] + cells[d] == domain.grid().cells[d] {
+                upper[d] = Real::INFINITY;
+            }
         }
-        Vicinity::new(lower, upper)
+        Vicinity { lower, upper, margin, farthest }
     }
 
     /// Width of the layer around a rank's part in which it holds ghosts of all grains ([`Setup::ghost_margin`]) \[m].

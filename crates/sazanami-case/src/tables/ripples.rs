@@ -13,6 +13,11 @@ use crate::units::rounded;
 
 /// Distance from the end walls at which ripples are not measured \[m], in tanks four times as long or longer.
 const MARGIN: Real = 10e-3;
+/// Distance from the end walls that a tank of this length \[m] has where its case says nothing \[m].
+pub(crate) fn usual_margin(length: Real) -> Real {
+    MARGIN.min(0.25 * length)
+}
+
 /// Largest such distance over the length of the tank: something has to be left in the middle.
 const WIDEST_MARGIN: Real = 0.45;
 /// Force at the ends of the colours, over the submerged weight of a grain, where a case says nothing.
@@ -50,7 +55,7 @@ pub struct Ripples {
     /// Distance from the end walls at which ripples are not measured; less than 0.45 of the tank. A box that is periodic along x1 has
     /// none and is measured whole.
     #[key(unit = "m", within = Between(0.0, WIDEST_MARGIN * cx.known.domain.extent().x),
-          default = MARGIN.min(0.25 * cx.known.domain.extent().x), says = "10 mm, at most a quarter of the length")]
+          default = usual_margin(cx.known.domain.extent().x), says = "10 mm, at most a quarter of the length")]
     pub margin: Real,
     /// Speed at the upper end of the colours of grains by speed.
     #[key(unit = "m/s", range = Positive, default = 0.1)]

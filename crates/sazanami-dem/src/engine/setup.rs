@@ -87,19 +87,21 @@ pub enum Substeps {
 /// The region in which a rank holds all images of grains: see [`Engine::vicinity`](crate::Engine::vicinity).
 #[derive(Clone, Copy, Debug)]
 pub struct Vicinity {
-    lower: Vector,
-    upper: Vector,
+    /// The rank's part, without end where a side of the box is not periodic \[m].
+    pub(super) lower: Vector,
+    pub(super) upper: Vector,
+    /// Farthest from that part \[m].
+    pub(super) margin: Real,
+    /// Farthest in each direction \[m].
+    pub(super) farthest: Vector,
 }
 
 impl Vicinity {
-    pub(super) fn new(lower: Vector, upper: Vector) -> Self {
-        Self { lower, upper }
-    }
-
     /// Whether `position` \[m] lies in the region.
     #[inline]
     #[must_use]
     pub fn contains(&self, position: Vector) -> bool {
-        position.cmpgt(self.lower).all() && position.cmplt(self.upper).all()
+        let beyond = (self.lower - position).max(position - self.upper).max(Vector::ZERO);
+        beyond.length_squared() < self.margin.powi(2) && beyond.cmplt(self.farthest).all()
     }
 }

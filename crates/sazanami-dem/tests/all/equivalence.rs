@@ -458,3 +458,43 @@ fn balls_alone_have_the_bits_of_balls_among_others() {
         assert!(balls(&solo(periodic), rolling + 1e-12, false) != expected);
     }
 }
+
+#[test]
+fn all_images_in_the_vicinity_have_an_entry_however_old_lists_are() {
+    let domain = domain(Box::new(Solo::default()), true);
+    let margin = 2e-3;
+    let setup = Setup { ghost_margin: margin, ..setup(true, Damping::Restitution(0.5)) };
+    let mut engine = Engine::new(&domain, setup, &grains()).expect("the case is sound");
+    let key = |id: u64, place: Vector| (id, place.to_array().map(Real::to_bits));
+    let mut beyond_corners = 0;
+    for _ in 0..20 {
+        run(&domain, &mut engine, 1);
+        let (known, grains) = (engine.vicinity(&domain, margin), engine.grains());
+        let mut found: Vec<_> = (0..grains.len())
+            .filter(|&g| known.contains(grains.position[g]))
+            .map(|g| key(grains.id[g], grains.position[g]))
+            .collect();
+        let mut expected = Vec::new();
+        for g in 0..grains.owned() {
+            for [a, b] in [-1, 0, 1].into_iter().flat_map(|a| [-1, 0, 1].map(|b| [a, b])) {
+                let image = grains.image(g);
+                let place = engine.image_position(grains.unwrapped_position(g), [image[0] + a, image[1] + b, image[2]]);
+                if known.contains(place) {
+                    expected.push(key(grains.id[g], place));
+                } else if (place - Vector::new(0.5 * WIDTH, 0.5 * WIDTH, place.z)).abs().max_element()
+                    < 0.5 * WIDTH + margin
+                {
+                    // Negative control: the box round the part has more, which lists need not have.
+                    let has =
+                        (0..grains.len()).any(|n| key(grains.id[n], grains.position[n]) == key(grains.id[g], place));
+                    beyond_corners += usize::from(!has);
+                }
+            }
+        }
+        found.sort_unstable();
+        expected.sort_unstable();
+        assert!(found == expected, "{} of {} images", found.len(), expected.len());
+        assert!(found.len() > grains.owned() + 20);
+    }
+    assert!(beyond_corners > 0);
+}

@@ -170,10 +170,10 @@ pub enum Unmeasured {
         /// That mobility number.
         least: Real,
     },
-    /// Not enough crests side by side.
+    /// No two crests as close as ripples can be.
     #[error(
-        "{found} crests of at least {:.3} mm where the flow allows ripples, two side by side are needed; all waves as \
-         short as ripples span {:.3} mm",
+        "{found} crests of at least {:.3} mm where the flow allows ripples, two no farther apart than ripples can be are needed \
+         (one in a box that is periodic along x1 and no longer than that); all waves as short as ripples span {:.3} mm",
         1e3 * least, 1e3 * highest
     )]
     TooFewCrests {

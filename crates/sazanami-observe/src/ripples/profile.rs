@@ -132,6 +132,14 @@ impl SurfaceProfile {
         closed
     }
 
+    /// The same of a profile that repeats: gaps at its seam are closed too.
+    #[must_use]
+    pub fn with_gaps_closed_around(&self, longest: Real) -> Self {
+        let count = self.len();
+        let three = Self { heights: self.heights.repeat(3), ..self.clone() }.with_gaps_closed(longest);
+        Self { heights: three.heights[count..2 * count].to_vec(), ..self.clone() }
+    }
+
     /// The heights every `spacing` \[m] from one end of `range` \[m] on, by [`Self::at`].
     #[must_use]
     pub fn resampled(&self, range: [Real; 2], spacing: Real) -> Self {
@@ -214,6 +222,18 @@ mod tests {
         assert_eq!(profile.with_gaps_closed(1.0).whole(), Ok(vec![2.0, 3.0, 4.0, 5.0, 6.0]));
         assert_eq!(profile.with_gaps_closed(0.5).whole(), Err(Unmeasured::Gap { at: 2.0 }));
         assert_eq!(profile.whole(), Err(Unmeasured::Gap { at: 2.0 }));
+    }
+
+    #[test]
+    fn a_gap_at_the_seam_of_a_profile_that_repeats_is_closed() {
+        let of = |heights: [Option<Real>; 4]| SurfaceProfile { start: 0.0, spacing: 0.5, heights: heights.to_vec() };
+        let first = of([None, Some(2.0), Some(3.0), Some(4.0)]);
+        let last = of([Some(4.0), Some(2.0), Some(3.0), None]);
+        assert_eq!(first.with_gaps_closed_around(0.5).whole(), Ok(vec![3.0, 2.0, 3.0, 4.0]));
+        assert_eq!(last.with_gaps_closed_around(0.5).whole(), Ok(vec![4.0, 2.0, 3.0, 3.5]));
+        // Negative controls: between end walls it stays, and so does a longer one.
+        assert_eq!(first.with_gaps_closed(0.5).whole(), Err(Unmeasured::Gap { at: 0.0 }));
+        assert!(of([None, Some(2.0), Some(3.0), None]).with_gaps_closed_around(0.5).whole().is_err());
     }
 
     #[test]

@@ -395,8 +395,8 @@ mod tests {
                     [boundary]\nall = \"no_slip\"\nx2 = \"periodic\"\n[run]\nuntil = \"1 ms\"\n[particles]\n\
                     spacing = \"1 mm\"\n[[liquid]]\nname = \"water\"\nregion.box = { lower = [\"0 mm\", \"0 mm\", \
                     \"0 mm\"], upper = [\"24 mm\", \"8 mm\", \"LEVEL mm\"] }\n[material.sand]\ndensity = \"2650 kg/m^3\"\n\
-                    [contact.default]\nnormal_stiffness = \"400 N/m\"\ntangential_stiffness = \"100 N/m\"\ndamping = \
-                    \"restitution\"\nrestitution = 0.5\nfriction = 0.4\n[[grains]]\nname = \"sand\"\n\
+                    [contact.default]\nnormal_stiffness = \"400 N/m\"\ntangential_stiffness = \"100 N/m\"\n\
+                    restitution = 0.5\nfriction = 0.4\n[[grains]]\nname = \"sand\"\n\
                     shape.sphere = { diameter = \"0.999 mm\" }\nplacement.lattice = { lower = [\"0 mm\", \"0 mm\", \
                     \"0 mm\"], upper = [\"8 mm\", \"8 mm\", \"12 mm\"], counts = [8, 8, 12] }\n";
         let text = text.replace("LEVEL", &level.to_string());

@@ -10,6 +10,7 @@ use sazanami::machine::{Machine, MemoryLimit};
 /// The shipped tank, crater and column of water.
 const RIPPLES: &str = "ripples/quick.toml";
 const RAINDROP: &str = "raindrop/quick.toml";
+const TUNNEL: &str = "ripples/tunnel.toml";
 const DAM_BREAK: &str = "both/dam-break.toml";
 
 /// Findings on a shipped case with other values, each with its place, label and suggestion; whether it can run.
@@ -510,6 +511,7 @@ fn magnitudes_that_nobody_means_are_said() {
             "`drive.mean_velocity` does nothing",
         ),
         (DAM_BREAK, &["solver=mics", "dem.substeps=10"], "`dem.substeps` does nothing"),
+        (TUNNEL, &["ripples.margin=5 mm"], "`ripples.margin` does nothing"),
     ];
     for (case, changes, words) in doubted {
         let (_, texts) = findings(case, changes);

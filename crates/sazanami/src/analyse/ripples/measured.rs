@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::tables::{Profiles, RunTables};
 use crate::case::meaning::Measured;
-use crate::recorder::{closed, form_settings};
+use crate::recorder::{closed, form_settings, tank_of};
 
 /// A surface of a run held against a measured one.
 pub(super) struct Compared {
@@ -154,7 +154,7 @@ fn of_bed(tables: &RunTables, measured: &Result<MeasuredProfile, String>, time: 
     let measured = measured.as_ref().map_err(Clone::clone)?;
     let own = tables.bed.as_ref().zip(tables.case.ripples.as_ref()).zip(form_settings(&tables.case));
     let ((own, how), settings) = own.ok_or("the run has no table of its bed")?;
-    let run = closed(how, own.reached(time).ok_or_else(|| not_reached(own))?);
+    let run = closed(how, &tank_of(&tables.case), own.reached(time).ok_or_else(|| not_reached(own))?);
     let found = match_bed(&run, &measured.points, limits(measured), &settings);
     found.map(|found| Match::Bed(Box::new(found))).map_err(|problem| format!("not compared: {problem}"))
 }

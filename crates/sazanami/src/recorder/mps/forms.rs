@@ -21,7 +21,7 @@ pub(crate) fn forms_of(
     profile: &SurfaceProfile,
     settings: &BedFormSettings,
 ) -> BedForms {
-    BedForms::of(&closed(how, profile), tank.reach(how.margin), settings)
+    BedForms::of(&closed(how, tank, profile), tank.reach(how.margin), settings)
 }
 
 /// The surface of a bed with its `relief` \[m], and the flow over it, in the form of the summary; lengths in mm.

@@ -162,13 +162,17 @@ impl ParticleObserver {
 }
 
 /// The profile of a bed without its short gaps: a bed may have a hole.
-pub(crate) fn closed(case: &meaning::Ripples, profile: &SurfaceProfile) -> SurfaceProfile {
-    profile.with_gaps_closed(4.0 * case.grain_size)
+pub(crate) fn closed(case: &meaning::Ripples, tank: &Tank, profile: &SurfaceProfile) -> SurfaceProfile {
+    let longest = 4.0 * case.grain_size;
+    match tank.ends {
+        ripples::Sides::Periodic => profile.with_gaps_closed_around(longest),
+        ripples::Sides::Walls => profile.with_gaps_closed(longest),
+    }
 }
 
 /// Relief of the surface of a bed off the end walls \[m], if it has no gaps.
 pub(crate) fn relief_of(case: &meaning::Ripples, tank: &Tank, profile: &SurfaceProfile) -> Option<Real> {
-    ripples::relief(&closed(case, profile), tank.reach(case.margin)).ok()
+    ripples::relief(&closed(case, tank, profile), tank.reach(case.margin)).ok()
 }
 
 /// Displacement \[m] and velocity [m/s] of a tank whose walls move.

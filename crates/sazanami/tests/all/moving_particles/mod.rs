@@ -25,6 +25,9 @@ use crate::support::{Left, Listener, On, Scratch, Table, go_on, load, start};
 /// A tank of 14 x 8 mm with three layers of grains under as much water, shaken hard.
 const TANK: &str = include_str!("../../cases/moving-particles-tank.toml");
 
+/// A bed that slides through both periodic sides of a channel.
+const SLIDING: &str = include_str!("../../cases/sliding-bed.toml");
+
 /// Its motion.
 const FORMULA: &str = "amplitude = [\"-2 mm\", \"0 mm\", \"0 mm\"]\nfrequency = \"5 Hz\"\nramp = \"0.02 s\"";
 const STEPS: u64 = 14;
@@ -99,6 +102,27 @@ fn threads_ranks_and_interruptions_change_nothing() {
         let left = Left::in_folder(&folder);
         assert_eq!(whole.hash(), left.hash(), "{phase}");
         assert_eq!(whole.series, left.series, "{phase}");
+    }
+}
+
+#[test]
+fn a_bed_that_slides_through_periodic_sides_goes_on_with_the_same_bits() {
+    let scratch = Scratch::new("sliding");
+    for ranks in [1, 2] {
+        let (name, on) = (format!("ranks-{ranks}"), || On::ranks(ranks, 2));
+        let whole = scratch.join(&name);
+        start(&load(SLIDING, &[]), &whole, on().steps(90)).unwrap();
+        let whole = Left::in_folder(&whole);
+        for steps in [20, 50, 70] {
+            let folder = scratch.join(&format!("{name}-{steps}"));
+            start(&load(SLIDING, &[]), &folder, on().steps(steps)).unwrap();
+            go_on(&folder, on().steps(90 - steps)).0.unwrap();
+            let parts = Left::in_folder(&folder);
+            assert_eq!((whole.hash(), &whole.series), (parts.hash(), &parts.series), "{name}, broken at {steps}");
+        }
+        // It slides: the force has given the bed a speed, and grains have gone round.
+        let momentum = whole.column("momentum_1");
+        assert!(momentum.last() > Some(&1e-4), "{momentum:?}");
     }
 }
 
