@@ -11,7 +11,7 @@ mod setup;
 mod substep;
 
 use sazanami_numerics::domain::Domain;
-use sazanami_numerics::particles::Columns;
+use sazanami_numerics::particles::ParticleColumns;
 use sazanami_numerics::{Matrix, Real, Vector};
 
 use crate::body::Body;
@@ -24,7 +24,7 @@ use crate::contact::pace::{PACES, Pace};
 use crate::contact::record::ContactRecord;
 use crate::contact::search::SphereArrays;
 use crate::error::DemError;
-use crate::ghosts::{self, Exchange};
+use crate::ghosts::{self, GrainExchange};
 use crate::grain::{Grain, GrainRecord, Grains, Motion, ROWS, image_position};
 use crate::motion::{MassProperties, Pose, turn_balls};
 use crate::selection::Selection;
@@ -78,7 +78,7 @@ pub struct Engine {
     incoming: Incoming,
     builder: ListBuilder,
     former_list: FormerList,
-    exchange: Exchange,
+    exchange: GrainExchange,
     pub(crate) records: Vec<ContactRecord>,
     /// Whether blocks and records belong to the present grains: false before the first list.
     listed: bool,
@@ -154,7 +154,7 @@ impl Engine {
             incoming: Incoming::default(),
             builder: ListBuilder::default(),
             former_list: FormerList::default(),
-            exchange: Exchange::default(),
+            exchange: GrainExchange::default(),
             records,
             listed: false,
             since_contacts: 0.0,

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use sazanami_numerics::domain::Domain;
-use sazanami_numerics::particles::{Columns, GhostChoice, Ghosts, Migration, RecordExchange};
+use sazanami_numerics::particles::{GhostChoice, Ghosts, Migration, ParticleColumns, RecordExchange};
 use sazanami_numerics::{Matrix, Quaternion, Real, Vector};
 use sazanami_parallel::{for_each_chunk, reduce_over};
 
@@ -62,7 +62,7 @@ pub(crate) struct PoseState<'a> {
 
 /// Owners and ghosts of the grains, with all storage.
 #[derive(Debug, Default)]
-pub(crate) struct Exchange {
+pub(crate) struct GrainExchange {
     ghosts: Ghosts<[i32; 3], GrainRecord>,
     migration: Migration<GrainRecord>,
     contacts: RecordExchange<ContactRecord>,
@@ -168,7 +168,7 @@ impl GhostChoice<Grains, [i32; 3]> for Near<'_> {
     fn arrange(&mut self, _ghosts: &[GrainRecord], _order: &mut [u32]) {}
 }
 
-impl Exchange {
+impl GrainExchange {
     /// Chooses and exchanges ghosts. `size[g]` is the bounding radius plus skin of own grain `g`;
     /// every grain whose surface may come within `margin` of a rank's part becomes a ghost there.
     pub fn renew(&mut self, domain: &Domain, grains: &mut Grains, size: &[Real], margin: Real) {
@@ -326,7 +326,7 @@ mod tests {
     const SIZE: Real = 0.15;
 
     /// A box of 1 m that is periodic along x1 and x2, with balls that have all their ghosts.
-    fn balls(positions: &[[Real; 3]]) -> (Domain, Grains, Exchange) {
+    fn balls(positions: &[[Real; 3]]) -> (Domain, Grains, GrainExchange) {
         let domain = Domain::solo(Grid::new([8; 3], Vector::ZERO, Vector::ONE), [true, true, false]);
         let mut grains = Grains::default();
         for (id, position) in positions.iter().enumerate() {
@@ -335,12 +335,12 @@ mod tests {
             grains.push(&record);
         }
         grains.own_all();
-        let mut exchange = Exchange::default();
+        let mut exchange = GrainExchange::default();
         renew(&mut exchange, &domain, &mut grains);
         (domain, grains, exchange)
     }
 
-    fn renew(exchange: &mut Exchange, domain: &Domain, grains: &mut Grains) {
+    fn renew(exchange: &mut GrainExchange, domain: &Domain, grains: &mut Grains) {
         let size = vec![SIZE; grains.owned];
         exchange.renew(domain, grains, &size, 0.0);
     }

@@ -3,7 +3,7 @@
 //! Neighbour lists are not part of it: they have no influence on any force. The memory of contacts is.
 
 use sazanami_numerics::domain::Domain;
-use sazanami_numerics::particles::Columns;
+use sazanami_numerics::particles::ParticleColumns;
 use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
 use sazanami_numerics::{Real, Vector};
 

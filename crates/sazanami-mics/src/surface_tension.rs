@@ -35,7 +35,7 @@ use crate::flow::Flow;
 use crate::fluids::Fluids;
 use crate::interface::Plane;
 use crate::mobility::{Mobility, RowSet};
-use curvature::{Found, Surroundings, largest_curvature};
+use curvature::{CurvatureSource, Surroundings, largest_curvature};
 use grains::Continued;
 pub use grains::WIDE;
 use heights::Heights;
@@ -109,7 +109,7 @@ impl Curvatures {
                     (NONE, 0.0)
                 } else if let Some((kappa, found)) = around.curvature(at) {
                     let by_fit = (c[at] * (1.0 - c[at])).max(LEAST_WEIGHT) as f32;
-                    (kappa, if found == Found::Columns { 1.0 } else { by_fit })
+                    (kappa, if found == CurvatureSource::Columns { 1.0 } else { by_fit })
                 } else {
                     (UNKNOWN, 0.0)
                 };

@@ -172,8 +172,8 @@ impl Flow {
             }
             1
         } else {
-            let friction = surface.map(|surface| Friction::new(surface, &self.fluids, dt, whole));
-            let step = Step { stress, dt, steps, radius, friction };
+            let friction = surface.map(|surface| SurfaceFriction::new(surface, &self.fluids, dt, whole));
+            let step = ViscousStep { stress, dt, steps, radius, friction };
             force += self.diffuse_implicitly(domain, boundary, &step);
             steps + 1
         };
@@ -256,7 +256,7 @@ impl Flow {
     /// Friction alone, implicit, for `dt` \[s].
     fn rub(&mut self, domain: &Domain, surface: &Surface, dt: Real) {
         let Self { volume_fraction, velocity: [u1, u2, u3], fluids, work: [t1, t2, t3, ..], .. } = self;
-        let (c, friction) = (volume_fraction.data(), Friction::new(surface, fluids, dt, dt));
+        let (c, friction) = (volume_fraction.data(), SurfaceFriction::new(surface, fluids, dt, dt));
         let targets = ((u1.data_mut(), t1.data_mut()), (u2.data_mut(), t2.data_mut()), (u3.data_mut(), t3.data_mut()));
         domain.for_each_row(&domain.interior(), targets, |row, (first, second, third)| {
             if !friction.is_in_row(row.j, row.k) {
@@ -277,7 +277,7 @@ impl Flow {
     }
 
     /// Returns the force on the sides of the box that the implicit part adds.
-    fn diffuse_implicitly(&mut self, domain: &Domain, boundary: &Boundary, step: &Step<'_>) -> Vector {
+    fn diffuse_implicitly(&mut self, domain: &Domain, boundary: &Boundary, step: &ViscousStep<'_>) -> Vector {
         let Self { volume_fraction, velocity, work, fluids, transposed, .. } = self;
         let c = volume_fraction.data();
         let rules: [GhostRules; 3] = std::array::from_fn(|i| boundary.velocity_change_rules(i));
@@ -317,7 +317,7 @@ fn fill(domain: &Domain, rules: &[GhostRules; 3], x: &mut [&mut Field<Real>; 3])
 
 /// Friction on the surfaces of grains, as the viscous equation needs it.
 #[derive(Clone, Copy)]
-struct Friction<'a> {
+struct SurfaceFriction<'a> {
     /// Friction over the viscosity [1/m^2], infinite in cells that move with their grains.
     friction: &'a [Real],
     /// Velocity of the surface [m/s].
@@ -329,7 +329,7 @@ struct Friction<'a> {
     parts: Real,
 }
 
-impl<'a> Friction<'a> {
+impl<'a> SurfaceFriction<'a> {
     /// Friction that acts over `whole` \[s] in an equation over `dt` \[s].
     fn new(surface: &'a Surface, fluids: &Fluids, dt: Real, whole: Real) -> Self {
         let (friction, surface, rows) = surface.parts();
@@ -352,19 +352,19 @@ impl<'a> Friction<'a> {
 }
 
 /// A backward Euler step of the viscous stress and its solution by Chebyshev iteration.
-struct Step<'a> {
+struct ViscousStep<'a> {
     stress: Stress,
     dt: Real,
     steps: usize,
     radius: Real,
-    friction: Option<Friction<'a>>,
+    friction: Option<SurfaceFriction<'a>>,
 }
 
 type Three<'a> = [&'a mut [Real]; 3];
 
-impl Step<'_> {
+impl ViscousStep<'_> {
     /// The friction, if there is any in this row.
-    fn friction_in(&self, (j, k): (isize, isize)) -> Option<Friction<'_>> {
+    fn friction_in(&self, (j, k): (isize, isize)) -> Option<SurfaceFriction<'_>> {
         self.friction.filter(|friction| friction.is_in_row(j, k))
     }
 

@@ -2,7 +2,7 @@
 
 use bytemuck::Pod;
 use sazanami_numerics::domain::Domain;
-use sazanami_numerics::particles::{self, Bins, Columns, GhostChoice, Migration, SpatialOrder};
+use sazanami_numerics::particles::{self, Bins, GhostChoice, Migration, ParticleColumns, SpatialOrder};
 use sazanami_numerics::{Real, Vector};
 
 use crate::particles::{ParticleRecord, Particles};

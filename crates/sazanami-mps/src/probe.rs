@@ -2,7 +2,7 @@
 
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
-use sazanami_numerics::particles::{Bins, Columns, SpatialOrder};
+use sazanami_numerics::particles::{Bins, ParticleColumns, SpatialOrder};
 use sazanami_numerics::{Real, Vector};
 
 use crate::boundary::WallFriction;

@@ -4,7 +4,7 @@
 
 use sazanami_numerics::Vector;
 use sazanami_numerics::domain::Domain;
-use sazanami_numerics::particles::Columns;
+use sazanami_numerics::particles::ParticleColumns;
 use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
 
 use crate::boundary::Tank;

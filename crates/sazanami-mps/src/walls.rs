@@ -1,7 +1,7 @@
 //! The particles of the walls: where they began, which area each stands for, and their motion.
 
 use sazanami_numerics::Vector;
-use sazanami_numerics::particles::{Columns, WALL};
+use sazanami_numerics::particles::{ParticleColumns, WALL};
 use sazanami_parallel::for_each_chunk;
 
 use crate::boundary::Tank;

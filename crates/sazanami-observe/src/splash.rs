@@ -48,19 +48,19 @@ pub struct Splash {
 
 /// Splashed grains of a part of the bed: their sums, and the farthest and highest place now \[m].
 #[derive(Clone, Copy, Debug)]
-struct Found {
+struct SplashSums {
     splash: Splash,
     farthest: Real,
     highest: Real,
 }
 
-impl Default for Found {
+impl Default for SplashSums {
     fn default() -> Self {
         Self { splash: Splash::default(), farthest: 0.0, highest: Real::NEG_INFINITY }
     }
 }
 
-impl Found {
+impl SplashSums {
     fn and(mut self, other: Self) -> Self {
         self.splash.grains += other.splash.grains;
         self.splash.mass += other.splash.mass;
@@ -101,8 +101,9 @@ impl SplashTracker {
                 }
             }
         });
-        let found = reduce_over(bed.len().div_ceil(GRAINS_AT_ONCE), |number| self.of_chunk(bed, number), Found::and);
-        let Found { mut splash, farthest, highest } = found.unwrap_or_default();
+        let found =
+            reduce_over(bed.len().div_ceil(GRAINS_AT_ONCE), |number| self.of_chunk(bed, number), SplashSums::and);
+        let SplashSums { mut splash, farthest, highest } = found.unwrap_or_default();
         (self.farthest, self.highest) = (self.farthest.max(farthest), self.highest.max(highest));
         if splash.grains > 0 {
             splash.farthest_distance = self.farthest;
@@ -112,9 +113,9 @@ impl SplashTracker {
     }
 
     /// Splashed grains of a chunk of grains.
-    fn of_chunk(&self, bed: &BedView, number: usize) -> Found {
+    fn of_chunk(&self, bed: &BedView, number: usize) -> SplashSums {
         let grains = number * GRAINS_AT_ONCE..((number + 1) * GRAINS_AT_ONCE).min(bed.len());
-        grains.filter(|&grain| self.fate[grain] == SPLASHED).fold(Found::default(), |mut found, grain| {
+        grains.filter(|&grain| self.fate[grain] == SPLASHED).fold(SplashSums::default(), |mut found, grain| {
             let position = bed.position[grain];
             found.splash.grains += 1;
             found.splash.mass += bed.mass[grain];

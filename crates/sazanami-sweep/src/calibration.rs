@@ -109,10 +109,10 @@ struct Search<'a> {
     asked: Option<usize>,
     stop: &'a Stop,
     ranges: Vec<&'a Between>,
-    state: RefCell<Found<'a>>,
+    state: RefCell<SearchState<'a>>,
 }
 
-struct Found<'a> {
+struct SearchState<'a> {
     tried: Vec<Tried>,
     progress: &'a mut dyn Progress,
     refusal: Option<CommandError>,
@@ -138,7 +138,7 @@ pub fn calibrate(
         asked,
         stop,
         ranges,
-        state: RefCell::new(Found { tried: Vec::new(), progress, refusal: None }),
+        state: RefCell::new(SearchState { tried: Vec::new(), progress, refusal: None }),
     };
     let ended = search.work();
     if let Some(refusal) = search.state.borrow_mut().refusal.take() {
@@ -200,7 +200,7 @@ impl Search<'_> {
     /// Runs the points, all that were tried before included, and reads what they found.
     fn evaluate(&self, points: &[Vec<f64>]) -> Result<(), End> {
         let state = &mut *self.state.borrow_mut();
-        let refused = |state: &mut Found, error: CommandError| {
+        let refused = |state: &mut SearchState, error: CommandError| {
             let text = error.to_string();
             state.refusal = Some(error);
             End::Refused(text)

@@ -10,7 +10,7 @@ mod waking;
 
 use sazanami_numerics::{Real, Vector};
 
-use super::context::{ContactContext, Reach, Step};
+use super::context::{ContactContext, Reach, SubStep};
 use super::counters::Counters;
 use super::evaluate::{ContactForces, evaluate};
 use super::model::ContactModel;
@@ -115,7 +115,7 @@ impl Block {
     }
 
     /// Forces of all contacts of the block.
-    pub fn step<M: ContactModel>(&mut self, step: &Step<'_, M>) -> Counters {
+    pub fn step<M: ContactModel>(&mut self, step: &SubStep<'_, M>) -> Counters {
         let mut counters = Counters::default();
         self.changes.clear();
         counters.checked_rows = self.check_skins(step.context);
@@ -132,8 +132,8 @@ impl Block {
 
     /// Evaluates all contacts, adds up pairs and rows in order, drops the contacts that have ended.
     #[inline(never)]
-    fn evaluate<M: ContactModel, const PLAIN: bool>(&mut self, step: &Step<'_, M>, counters: &mut Counters) {
-        let Step { context, laws, ids, dt, .. } = *step;
+    fn evaluate<M: ContactModel, const PLAIN: bool>(&mut self, step: &SubStep<'_, M>, counters: &mut Counters) {
+        let SubStep { context, laws, ids, dt, .. } = *step;
         self.own.fill(Wrench::default());
         self.touches.fill(false);
         let count = self.contacts.len();
@@ -180,8 +180,8 @@ impl Block {
 
     /// The same where all bodies are balls: a pair has one contact, and there is nothing to add up.
     #[inline(never)]
-    fn evaluate_balls<M: ContactModel, const PLAIN: bool>(&mut self, step: &Step<'_, M>, counters: &mut Counters) {
-        let Step { context, laws, ids, dt, .. } = *step;
+    fn evaluate_balls<M: ContactModel, const PLAIN: bool>(&mut self, step: &SubStep<'_, M>, counters: &mut Counters) {
+        let SubStep { context, laws, ids, dt, .. } = *step;
         self.own.fill(Wrench::default());
         self.touches.fill(false);
         let count = self.contacts.len();

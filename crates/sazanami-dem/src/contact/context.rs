@@ -59,7 +59,7 @@ pub(crate) struct ContactContext<'a> {
 }
 
 /// A sub-step of the contacts.
-pub(crate) struct Step<'a, M: ContactModel> {
+pub(crate) struct SubStep<'a, M: ContactModel> {
     pub context: &'a ContactContext<'a>,
     /// All contact laws, by pair of materials.
     pub laws: &'a [PairConstants<M>],

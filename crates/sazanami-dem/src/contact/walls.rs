@@ -2,7 +2,7 @@
 
 use sazanami_numerics::{Real, Vector};
 
-use super::context::{ContactContext, Step};
+use super::context::{ContactContext, SubStep};
 use super::counters::Counters;
 use super::force::{ConstantLanes, force, rolling_torque};
 use super::model::ContactModel;
@@ -71,12 +71,12 @@ impl WallContacts {
     /// Forces between walls and the grains of the block that starts at grain `first`.
     pub fn step<M: ContactModel>(
         &mut self,
-        step: &Step<'_, M>,
+        step: &SubStep<'_, M>,
         first: usize,
         touches: &mut [bool],
         counters: &mut Counters,
     ) {
-        let Step { context, ids, .. } = *step;
+        let SubStep { context, ids, .. } = *step;
         self.actions.clear();
         if self.pairs.is_empty() {
             return;
@@ -192,11 +192,11 @@ impl WallContacts {
 /// Action of a wall on a grain through one sphere, with overlap and overlap over radius; `None` if they are apart and not
 /// within a film.
 fn touch<M: ContactModel>(
-    step: &Step<'_, M>,
+    step: &SubStep<'_, M>,
     pair: &WallPair,
     contact: &mut WallContact,
 ) -> Option<(Wrench, Real, Real)> {
-    let Step { context, laws, dt, .. } = *step;
+    let SubStep { context, laws, dt, .. } = *step;
     let pose = &context.poses[pair.grain as usize];
     let body = &context.bodies[pose.body as usize];
     let wall = &context.walls[pair.wall as usize];

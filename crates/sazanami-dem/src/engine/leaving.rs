@@ -1,7 +1,7 @@
 //! Grains that leave and come in through sides of the box.
 
 use sazanami_numerics::domain::Domain;
-use sazanami_numerics::particles::Columns;
+use sazanami_numerics::particles::ParticleColumns;
 use sazanami_numerics::{Real, Vector};
 
 use super::Engine;

@@ -9,7 +9,7 @@ use sazanami_parallel::for_each_chunk;
 use super::{Drag, EXPIRED, Engine, FINE, Loads};
 use crate::body::Body;
 use crate::contact::block::Block;
-use crate::contact::context::{ContactContext, Step};
+use crate::contact::context::{ContactContext, SubStep};
 use crate::contact::counters::Counters;
 use crate::contact::force::PairConstants;
 use crate::contact::incoming::Incoming;
@@ -170,7 +170,7 @@ impl ForModel for ContactPass<'_> {
 
     fn run<M: ContactModel>(self, laws: &[PairConstants<M>]) {
         let Self { context, plain, ids, dt, blocks, counters } = self;
-        let step = Step { context, laws, plain, ids, dt };
+        let step = SubStep { context, laws, plain, ids, dt };
         for_each_chunk((blocks, counters), 1, |_, (block, counters)| counters[0] = block[0].step(&step));
     }
 }

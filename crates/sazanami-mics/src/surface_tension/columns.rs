@@ -14,7 +14,7 @@ const FEWEST: usize = 6;
 const WEIGHTS: [[Real; 3]; 3] = [[1.0, 2.0, 1.0], [2.0, 8.0, 2.0], [1.0, 2.0, 1.0]];
 
 /// Heights along a direction in the column through a cell and in the eight around it.
-pub(super) struct Columns {
+pub(super) struct HeightColumns {
     direction: usize,
     /// Whether the liquid is below.
     up: bool,
@@ -22,7 +22,7 @@ pub(super) struct Columns {
     heights: [[Option<Real>; 3]; 3],
 }
 
-impl Columns {
+impl HeightColumns {
     /// Those around the cell at `at` along `direction`, with the liquid below if `up`; `None` if its own has no height.
     pub fn around(heights: &Heights, at: usize, direction: usize, up: bool, strides: [isize; 3]) -> Option<Self> {
         let middle = heights.in_column(direction, at, up, 0.0)?;
@@ -100,7 +100,7 @@ fn across(direction: usize) -> [usize; 2] {
 mod tests {
     use super::*;
 
-    fn quadric(missing: &[(usize, usize)]) -> Columns {
+    fn quadric(missing: &[(usize, usize)]) -> HeightColumns {
         let heights = std::array::from_fn(|a| {
             std::array::from_fn(|b| {
                 let (x, y) = (a as Real - 1.0, b as Real - 1.0);
@@ -108,7 +108,7 @@ mod tests {
                 (!missing.contains(&(a, b))).then_some(height)
             })
         });
-        Columns { direction: 2, up: true, heights }
+        HeightColumns { direction: 2, up: true, heights }
     }
 
     #[test]
@@ -120,7 +120,7 @@ mod tests {
         assert!((all + bend / slope.powf(1.5) / 0.5).abs() < 1e-12, "{all}");
         let some = quadric(&[(0, 0), (2, 2), (2, 0)]);
         assert!((some.fit(spacing).unwrap() - all).abs() < 1e-12 && some.curvature(spacing).is_none());
-        let liquid_above = Columns { up: false, ..quadric(&[(0, 0)]) };
+        let liquid_above = HeightColumns { up: false, ..quadric(&[(0, 0)]) };
         assert!((liquid_above.fit(spacing).unwrap() + all).abs() < 1e-12);
         // Negative controls: five are too few, and a paraboloid of its own has another.
         assert!(quadric(&[(0, 0), (2, 2), (2, 0), (0, 2)]).fit(spacing).is_none());

@@ -9,14 +9,14 @@
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
 
-use super::columns::Columns;
+use super::columns::HeightColumns;
 use super::fit::Paraboloid;
 use super::heights::{Heights, PURE};
 use crate::interface::{Facet, Neighbourhood, Plane, Wetting, mixed_normal};
 
 /// What the curvature of a cell was found from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Found {
+pub(super) enum CurvatureSource {
     /// Heights in nine columns.
     Columns,
     /// A paraboloid near fewer heights or planes.
@@ -65,14 +65,14 @@ impl<'a> Surroundings<'a> {
     }
 
     /// Curvature of the interface in the cell at `at`, positive where the liquid is convex [1/m]; `None` if it cannot be told.
-    pub fn curvature(&self, at: usize) -> Option<(Real, Found)> {
+    pub fn curvature(&self, at: usize) -> Option<(Real, CurvatureSource)> {
         let cells = self.wetting.neighbourhood(self.c, at);
         let normal = mixed_normal(&cells)?;
-        let mut most: Option<Columns> = None;
+        let mut most: Option<HeightColumns> = None;
         for (d, up) in steepest_first(normal) {
-            let Some(columns) = Columns::around(self.heights, at, d, up, self.strides) else { continue };
+            let Some(columns) = HeightColumns::around(self.heights, at, d, up, self.strides) else { continue };
             if let Some(curvature) = columns.curvature(self.spacing) {
-                return Some((curvature, Found::Columns));
+                return Some((curvature, CurvatureSource::Columns));
             }
             if most.as_ref().is_none_or(|most| columns.count() > most.count()) {
                 most = Some(columns);
@@ -83,7 +83,7 @@ impl<'a> Surroundings<'a> {
             .or_else(|| self.of_heights(at, &cells))
             .or_else(|| self.of_planes(at, &cells))?;
         let largest = largest_curvature(self.spacing);
-        Some((curvature.clamp(-largest, largest), Found::Fit))
+        Some((curvature.clamp(-largest, largest), CurvatureSource::Fit))
     }
 
     /// From the paraboloid nearest to the heights in all directions that lie in the cells around; behind walls with an angle not those

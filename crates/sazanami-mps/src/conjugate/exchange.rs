@@ -45,14 +45,14 @@ pub(crate) struct Fields<'a> {
 
 /// Which planes let the water slip along them.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Friction<'a> {
+pub(crate) struct SlipPlanes<'a> {
     /// Lower and upper wall in each direction.
     walls: [[bool; 2]; 3],
     by_gates: bool,
     gates: &'a [Gate],
 }
 
-impl<'a> Friction<'a> {
+impl<'a> SlipPlanes<'a> {
     /// That of a tank.
     pub fn of(tank: &'a Tank) -> Self {
         let walls = tank.friction.map(|sides| sides.map(|friction| friction == WallFriction::Slip));
@@ -84,7 +84,7 @@ impl<'a> Friction<'a> {
 /// `sum (w/n0) m e r^T` [m^2/s], for [`add_stress`].
 pub(crate) fn exchange(
     kernel: &Kernel,
-    friction: &Friction<'_>,
+    friction: &SlipPlanes<'_>,
     (pairs, blocks): (&Pairs, &[Block]),
     fields: &Fields<'_>,
     (into, stress): (&mut [Received], &mut [Symmetric]),

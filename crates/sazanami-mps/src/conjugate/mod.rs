@@ -35,13 +35,13 @@ use crate::report::StepReport;
 use crate::scheme::Turbulence;
 use crate::weight::Weight;
 use eddies::Eddies;
-use exchange::{Fields, Friction, Received};
+use exchange::{Fields, Received, SlipPlanes};
 pub(crate) use mirrors::Mirrors;
 use operators::Conjugate;
 pub(crate) use operators::Operators;
 use pairs::{Pairs, Search};
 use still::Still;
-use surroundings::{Found, Near, Surroundings};
+use surroundings::{Near, PairSums, Surroundings};
 use voids::VoidColumns;
 
 /// Damping number of the motion between pairs that is not linear: this part of a step over the flow time scale, at most
@@ -140,7 +140,7 @@ impl ConjugateColumns {
             (&self.pairs, &equation.blocks),
             (kind, &self.velocity),
             &bulk,
-            Found {
+            PairSums {
                 inverse: &mut self.inverse[..owned],
                 gradient: &mut self.gradient[..owned],
                 surroundings: &mut self.surroundings,
@@ -254,7 +254,7 @@ impl ConjugateColumns {
         particles: &Particles,
         equation: &PressureEquation,
     ) {
-        let (owned, friction) = (particles.owned, Friction::of(tank));
+        let (owned, friction) = (particles.owned, SlipPlanes::of(tank));
         self.received.resize(owned, Received::default());
         self.stress.resize(particles.len(), [0.0; 6]);
         let bulk = self.voids.bulk();

@@ -62,7 +62,7 @@ pub(crate) struct Surroundings {
 }
 
 /// Columns set by [`surround`] for each own particle.
-pub(crate) struct Found<'a> {
+pub(crate) struct PairSums<'a> {
     pub inverse: &'a mut [Symmetric],
     /// Gradient of the velocity, `grad[i][j] = du_i/dx_j` as a matrix [1/s].
     pub gradient: &'a mut [Matrix],
@@ -77,10 +77,10 @@ pub(crate) fn surround(
     (pairs, blocks): (&Pairs, &[Block]),
     (kind, velocity): (&[Kind], &[Vector]),
     bulk: &Bulk<'_>,
-    found: Found<'_>,
+    found: PairSums<'_>,
 ) {
     let spacing = near.weight.radius / CLOSE_RADIUS;
-    let Found { inverse, gradient, surroundings } = found;
+    let PairSums { inverse, gradient, surroundings } = found;
     for_each_chunk((inverse, gradient, surroundings), ROWS, |number, (inverse, gradient, surroundings)| {
         for row in 0..inverse.len() {
             let a = number * ROWS + row;

@@ -1,7 +1,7 @@
 //! Setting up a solver.
 
 use sazanami_numerics::domain::Domain;
-use sazanami_numerics::particles::{Columns as _, WALL};
+use sazanami_numerics::particles::{ParticleColumns as _, WALL};
 use sazanami_numerics::{Real, Vector};
 
 use super::{FluidParticle, PublishedColumns, Solver};

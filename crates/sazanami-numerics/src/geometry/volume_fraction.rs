@@ -92,7 +92,7 @@ pub struct Rasteriser {
     method: VolumeFractionMethod,
     /// Nodes in cell edges from the lower corner of the block of cells around the body.
     nodes: Vec<Vector>,
-    columns: columns::Columns,
+    columns: columns::ColumnSums,
     block: Block,
     with_areas: bool,
 }
@@ -127,7 +127,7 @@ impl Rasteriser {
         if let VolumeFractionMethod::Columns { per_axis } = method {
             assert!(per_axis > 0, "volume fractions need at least one sample a cell");
         }
-        let (columns, block) = (columns::Columns::default(), Block::default());
+        let (columns, block) = (columns::ColumnSums::default(), Block::default());
         Self { method, nodes: Vec::new(), columns, block, with_areas: false }
     }
 

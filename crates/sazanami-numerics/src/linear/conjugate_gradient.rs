@@ -14,7 +14,7 @@
 
 use super::equation::Equation;
 use super::iteration::{Control, Progress, SolveError, System, iterate};
-use super::multigrid::{Colours, Direction, Multigrid, Residual, Step};
+use super::multigrid::{Colours, Direction, DirectionStep, Multigrid, Residual};
 use crate::Real;
 use crate::domain::Domain;
 use crate::grid::Field;
@@ -96,7 +96,7 @@ impl<E: Equation> System for Solve<'_, E> {
             self.solver.multigrid.descend();
         }
         let step = self.solver.next_step(self.domain, self.equation.is_singular(), &mut self.last)?;
-        let step = Step { keep: !self.fresh, ..step };
+        let step = DirectionStep { keep: !self.fresh, ..step };
         let residual = self.solver.advance(self.domain, step, !last, self.scale);
         (self.descended, self.fresh) = (!last, false);
         Ok(self.stop.measure(&residual))
@@ -174,7 +174,7 @@ impl ConjugateGradient {
         domain: &Domain,
         singular: bool,
         last_step: &mut Option<(Real, Real)>,
-    ) -> Result<Step, Real> {
+    ) -> Result<DirectionStep, Real> {
         self.sums.fill([0.0; 4]);
         self.multigrid.complete(&self.previous, &mut self.sums);
         let mut sums = [0.0; 4];
@@ -202,10 +202,10 @@ impl ConjugateGradient {
         }
         let alpha = (descent / curvature) as f32;
         *last_step = Some((f64::from(alpha), curvature));
-        Ok(Step { beta: beta as f32, mean: mean as f32, alpha, keep: true })
+        Ok(DirectionStep { beta: beta as f32, mean: mean as f32, alpha, keep: true })
     }
 
-    fn advance(&mut self, domain: &Domain, step: Step, descend: bool, scale: Real) -> Residual {
+    fn advance(&mut self, domain: &Domain, step: DirectionStep, descend: bool, scale: Real) -> Residual {
         let Self { multigrid, direction, previous, sums, .. } = self;
         let residual = multigrid.advance(domain, direction, previous, step, descend, sums);
         Residual { largest: residual.largest / scale, norm: residual.norm / scale, ..residual }

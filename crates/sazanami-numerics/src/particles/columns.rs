@@ -71,7 +71,7 @@ impl Stored for Quaternion {
 }
 
 /// Particles as structure of arrays: this rank's own, then ghosts.
-pub trait Columns: Default + Sync {
+pub trait ParticleColumns: Default + Sync {
     /// Complete state of a particle.
     type Record: Pod + Send + Sync;
 
@@ -172,7 +172,7 @@ macro_rules! columns {
             }
         }
 
-        impl $crate::particles::Columns for $Columns {
+        impl $crate::particles::ParticleColumns for $Columns {
             type Record = $Record;
 
             fn owned(&self) -> usize {

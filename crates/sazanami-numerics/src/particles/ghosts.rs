@@ -5,7 +5,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use bytemuck::Pod;
 use sazanami_parallel::for_each_chunk;
 
-use super::columns::{Columns, MANY};
+use super::columns::{MANY, ParticleColumns};
 use crate::Real;
 use crate::domain::Domain;
 
@@ -59,7 +59,7 @@ impl<I, R> Default for Ghosts<I, R> {
 }
 
 /// Rule that chooses own particles as ghosts of other ranks, or of periodic images.
-pub trait GhostChoice<C: Columns, I> {
+pub trait GhostChoice<C: ParticleColumns, I> {
     /// Whether this rank sends ghosts to `rank`, and whether it receives some from there; both ends agree.
     fn linked(&self, rank: usize) -> [bool; 2];
 
@@ -76,7 +76,7 @@ pub trait GhostChoice<C: Columns, I> {
 
 impl<I: Copy + Send + Sync, R: Pod> Ghosts<I, R> {
     /// Replaces all ghosts by those of `choice`, exchanged under a message `tag`. Collective.
-    pub fn renew<C: Columns<Record = R>>(
+    pub fn renew<C: ParticleColumns<Record = R>>(
         &mut self,
         domain: &Domain,
         tag: u32,

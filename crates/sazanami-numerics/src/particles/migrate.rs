@@ -2,7 +2,7 @@
 
 use bytemuck::Pod;
 
-use super::columns::Columns;
+use super::columns::ParticleColumns;
 use crate::Vector;
 use crate::domain::Domain;
 
@@ -77,7 +77,7 @@ impl<R: Pod> Migration<R> {
 
     /// Exchanges the particles whose new owners were found, under a message `tag`. `arrange` puts the records of those
     /// that belong to this rank now into order: first those that stay, then those that arrive by rank. Collective.
-    pub fn exchange<C: Columns<Record = R>>(
+    pub fn exchange<C: ParticleColumns<Record = R>>(
         &mut self,
         domain: &Domain,
         tag: u32,

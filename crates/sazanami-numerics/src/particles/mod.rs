@@ -8,7 +8,7 @@ mod migrate;
 mod order;
 
 pub use bins::{BinIndex, Bins};
-pub use columns::{Columns, Stored, take_column};
+pub use columns::{ParticleColumns, Stored, take_column};
 pub use ghosts::{GhostChoice, Ghosts};
 pub use migrate::{Migration, RecordExchange};
 pub use order::SpatialOrder;

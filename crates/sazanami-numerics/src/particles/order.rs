@@ -2,7 +2,7 @@
 
 use sazanami_parallel::for_each_chunk;
 
-use super::columns::{Columns, MANY};
+use super::columns::{MANY, ParticleColumns};
 
 /// Cell, identifier and place of a particle.
 type Key = (u32, u64, u32);
@@ -16,7 +16,7 @@ pub struct SpatialOrder<C> {
     spare: C,
 }
 
-impl<C: Columns> SpatialOrder<C> {
+impl<C: ParticleColumns> SpatialOrder<C> {
     /// Puts the own particles into the order of their `cell` (below `cells`) and identifier, which `key` gives for a
     /// place. There are no ghosts.
     pub fn sort(&mut self, columns: &mut C, cells: usize, key: impl Fn(&C, usize) -> (u32, u64) + Sync) {

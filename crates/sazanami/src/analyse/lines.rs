@@ -16,6 +16,14 @@ pub(super) fn number(value: &Value, path: &[&str]) -> Option<Real> {
     path.iter().try_fold(value, |value, key| value.get(key)).and_then(Value::as_f64)
 }
 
+/// Largest overlap, as a part `of` a radius, and that of the packing if it was larger.
+pub(super) fn overlap(summary: &Value, of: &str) -> Option<String> {
+    let value = number(summary, &["worst", "overlap_relative"])?;
+    let packing = number(summary, &["worst", "packing_overlap_relative"]).filter(|&packing| packing > value);
+    let packing = packing.map(|packing| format!(", {:.1} % while the bed was packed", 1e2 * packing));
+    Some(format!("{:.1} % of {of}{}", 1e2 * value, packing.unwrap_or_default()))
+}
+
 /// The table at the end of a run. What was `found` again stands before what the summary says, where they differ.
 pub(super) fn report(summary: &Value, found: Option<&Value>, folder: &Path) -> Vec<String> {
     let mut rows = rows(found.unwrap_or(summary));
@@ -121,10 +129,7 @@ pub(super) fn rows(summary: &Value) -> Vec<Row> {
             .filter(|value| has_grains && value.abs() >= COVERED)
             .map(|value| ("liquid covered by grains", format!("{:.1} % of the liquid volume", 0.0 - 1e2 * value))),
     );
-    rows.extend(
-        number(summary, &["worst", "overlap_relative"])
-            .map(|value| ("largest overlap of contact spheres", format!("{:.1} % of the smaller radius", 1e2 * value))),
-    );
+    rows.extend(overlap(summary, "the smaller radius").map(|value| ("largest overlap of contact spheres", value)));
     rows
 }
 

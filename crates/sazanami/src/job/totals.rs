@@ -30,7 +30,9 @@ summed! {
     Worst, WORST {
         cfl: Real, "", "advective Courant number of a pass; of moving particles largest speed times step over spacing";
         divergence: Real, "", "`abs(div u) dt` that a projection left; of moving particles the relative residual of the pressure";
-        overlap_relative: Real, "", "overlap over the smaller contact sphere's radius";
+        overlap_relative: Real, "", "overlap over the smaller contact sphere's radius, once the bed is packed";
+        #[serde(default)]
+        packing_overlap_relative: Real, "", "the same while the bed was packed, with the softer springs of that";
         pressure_iterations: usize, "", "iterations of the pressure solver, all passes of a step";
         volume_fraction_excess: Real, "", "distance of a liquid fraction from the range 0 to 1 before it was corrected";
         overfull_volume: Real, "m^3", "volume by which grains overlap within cells";
@@ -39,7 +41,7 @@ summed! {
         room_difference: Real, "m^3", "liquid in full cells beyond the volume that grains leave open, or open volume without liquid";
         #[serde(default)]
         unplaced_volume: Real, "m^3", "liquid displaced by grains, or the lack of it, that waits in cells without open volume, each cell without its sign";
-        grain_speed: Real, "m/s", "speed of a grain";
+        grain_speed: Real, "m/s", "speed of a grain, once the bed is packed";
     }
 }
 
@@ -159,17 +161,19 @@ impl Totals {
         self.least_stable_step = Some(self.least_stable_step.map_or(length, |least| least.min(length)));
     }
 
-    /// Notes how deep contacts were and how fast grains.
-    pub fn note_contacts(&mut self, contacts: &ContactReport) {
+    /// Notes how deep contacts were in a step of the packing.
+    pub fn note_packing(&mut self, contacts: &ContactReport) {
         self.corrections.deep_contacts += contacts.deep_contacts;
-        let worst = &mut self.worst;
-        worst.overlap_relative = worst.overlap_relative.max(contacts.largest_overlap);
-        worst.grain_speed = worst.grain_speed.max(contacts.largest_speed);
+        let deepest = &mut self.worst.packing_overlap_relative;
+        *deepest = deepest.max(contacts.largest_overlap);
     }
 
     /// Adds what a step of the flow did with whatever water: contacts, and iterations of the pressure solver.
     pub fn note_step(&mut self, contacts: &ContactReport, pressure_iterations: usize) {
-        self.note_contacts(contacts);
+        self.corrections.deep_contacts += contacts.deep_contacts;
+        let worst = &mut self.worst;
+        worst.overlap_relative = worst.overlap_relative.max(contacts.largest_overlap);
+        worst.grain_speed = worst.grain_speed.max(contacts.largest_speed);
         self.grain_substeps += contacts.substeps as u64;
         self.corrections.contact_work += contacts.contact_work.unwrap_or(0.0);
         self.contacts = [contacts.pairs, contacts.contacts];

@@ -148,7 +148,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
     pub fn observe_packing(&mut self, engine: &Engine, report: &PackingReport) {
         self.watch.turn("packing");
         self.warn_of_overlap(engine, &report.contacts, report.time);
-        self.totals.note_contacts(&report.contacts);
+        self.totals.note_packing(&report.contacts);
     }
 
     /// Warns when contacts become deep for the first time, and then whenever there are ten times as many.

@@ -64,6 +64,10 @@ fn packed(loaded: &LoadedCase, name: &str) -> (usize, usize) {
     run::run(loaded, &options, &mut listener, &stop).unwrap_or_else(|error| panic!("{name}: {error}"));
     let substeps = listener.lines.iter().filter(|line| line.phase == "packing").map(|line| line.substeps).sum();
     let bed = Bed::read(&folder.join("run/packed.bed")).expect("the bed is written");
+    // Overlaps on the soft springs of the packing are not those of the run.
+    let [overlap, while_packed] = ["overlap_relative", "packing_overlap_relative"]
+        .map(|key| Left::in_folder(&folder.join("run")).summary["worst"][key].as_f64().expect("a number"));
+    assert!(overlap == 0.0 && while_packed > 0.01, "{name}: {overlap}, {while_packed}");
     (substeps, bed.grains.len())
 }
 

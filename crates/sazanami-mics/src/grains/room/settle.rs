@@ -91,7 +91,7 @@ struct Plane {
 impl Plane {
     /// Lists the cells of the plane of `columns` from place `first` on that are marked, of the interior and not `passed`, and takes the
     /// marks away.
-    fn list_marked(&mut self, first: usize, columns: &Columns, passed: impl Fn(usize) -> bool) {
+    fn list_marked(&mut self, first: usize, columns: &PlaceIndices, passed: impl Fn(usize) -> bool) {
         self.near.clear();
         for (number, word) in self.marks.iter_mut().enumerate() {
             let mut bits = std::mem::take(word);
@@ -107,12 +107,12 @@ impl Plane {
 }
 
 /// Local indices of the columns of cells, by place in a plane.
-struct Columns {
+struct PlaceIndices {
     indices: Vec<[i32; 2]>,
     size: [i32; 2],
 }
 
-impl Columns {
+impl PlaceIndices {
     fn new(domain: &Domain) -> Self {
         let [width, plane] = [1, 2].map(|d| domain.strides()[d] as usize);
         let index = |n: usize| n as i32 - GHOSTS as i32;
@@ -139,7 +139,7 @@ pub(super) struct Settler {
     planes: Vec<Plane>,
     /// What the round before has left in each plane.
     before: Vec<Vec<u32>>,
-    columns: Columns,
+    columns: PlaceIndices,
     /// What each row of the interior hands on in a round, in cell volumes.
     handed: Vec<Real>,
     /// Of a cell that hands something on: what its neighbours cannot take of it in cell volumes, if positive, and what it hands to a
@@ -188,7 +188,7 @@ impl Settler {
         Self {
             planes: (0..count).map(|_| plane()).collect(),
             before: (0..count).map(|_| reserved()).collect(),
-            columns: Columns::new(domain),
+            columns: PlaceIndices::new(domain),
             handed: vec![0.0; domain.cells()[1] * domain.cells()[2]],
             beyond: domain.field(0.0),
             rates: domain.field(0.0),

@@ -27,7 +27,7 @@ type Node = [Real; 4];
 
 /// Working memory.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Columns {
+pub(super) struct ColumnSums {
     nodes: Vec<Node>,
     /// Cell of each column along x1 and its distance from the centre of the cell, with some more to fill the lanes; the same
     /// for rows along x2, with the first cell of the row of cells.
@@ -35,7 +35,7 @@ pub(super) struct Columns {
     across: Vec<[Real; 2]>,
 }
 
-impl Columns {
+impl ColumnSums {
     /// Adds all triangles to the block and returns the share of a cell that a column stands for.
     pub fn accumulate(&mut self, nodes: &[Vector], triangles: &[[u32; 3]], per_axis: u8, block: &mut Block) -> Real {
         let n = Real::from(per_axis);

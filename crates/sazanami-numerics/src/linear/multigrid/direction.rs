@@ -35,7 +35,7 @@ pub(crate) struct Residual {
 
 /// Factors that advance the direction and the steps: `p = z - mean + beta p`, then a step of `alpha p`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Step {
+pub(crate) struct DirectionStep {
     pub beta: f32,
     pub mean: f32,
     pub alpha: f32,
@@ -146,7 +146,7 @@ impl Multigrid {
         domain: &Domain,
         direction: &mut Direction,
         previous: &mut Colours,
-        step: Step,
+        step: DirectionStep,
         descend: bool,
         sums: &mut [[f64; 4]],
     ) -> Residual {
@@ -209,13 +209,13 @@ impl Frame {
     fn new_direction(
         &self,
         borders: &Borders,
-        step: Step,
+        step: DirectionStep,
         (rows, k): (Range<usize>, usize),
         z: [&mut Planes<'_, f32>; 2],
         p: [&mut Planes<'_, f32>; 2],
     ) {
         let board = &self.stencil.board;
-        let Step { beta, mean, .. } = step;
+        let DirectionStep { beta, mean, .. } = step;
         for colour in [RED, BLACK] {
             for j in rows.clone().map(|j| j as isize) {
                 let at = board.first(j, k as isize);
@@ -240,7 +240,7 @@ impl Frame {
     #[expect(clippy::too_many_arguments, reason = "one pass touches all vectors of the method")]
     fn take_step(
         &self,
-        step: Step,
+        step: DirectionStep,
         (rows, k): (Range<usize>, usize),
         p: [&mut Planes<'_, f32>; 2],
         previous: &Colours,

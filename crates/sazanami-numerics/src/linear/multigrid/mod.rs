@@ -31,7 +31,7 @@ use crate::Real;
 use crate::domain::{Decomposition, Domain, Row};
 use crate::grid::{GHOSTS, Grid};
 pub(crate) use chequerboard::{Chequerboard, Colours};
-pub(crate) use direction::{Direction, Residual, Step};
+pub(crate) use direction::{Direction, DirectionStep, Residual};
 use level::Level;
 use stencil::RUN;
 use transfer::Transfer;

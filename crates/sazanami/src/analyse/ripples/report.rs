@@ -9,7 +9,7 @@ use serde_json::Value;
 use super::cycles::{CycleAverage, QUANTITIES};
 use super::measured::Compared;
 use super::tables::RunTables;
-use crate::analyse::lines::{labelled, number};
+use crate::analyse::lines::{labelled, number, overlap};
 use crate::analyse::output::newest_picture;
 use crate::analyse::table::Table;
 use crate::check::bed_flow;
@@ -171,9 +171,7 @@ fn of_scheme(summary: &Value) -> Vec<Row> {
     if let Some(value) = number(summary, &["particles", "worst_strain_rms"]) {
         rows.push(row("largest volume strain, rms", format!("{:.2} %", 1e2 * value)));
     }
-    if let Some(value) = number(summary, &["worst", "overlap_relative"]) {
-        rows.push(row("largest overlap of grains", format!("{:.1} % of a radius", 1e2 * value)));
-    }
+    rows.extend(overlap(summary, "a radius").map(|value| row("largest overlap of grains", value)));
     let counted = ["clipped", "collisions", "limited_voids", "uncorrected_gradients"]
         .map(|key| number(summary, &["particles", key]));
     if let [Some(clipped), Some(collisions), Some(voids), Some(plain)] = counted {
