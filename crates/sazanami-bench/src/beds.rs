@@ -7,18 +7,16 @@ use sazanami_dem::{
     Body, Engine, Grain, Interactions, Lattice, LinearSpringDashpot, Loads, Packing, PackingSettings, Setup, Stage,
     Substeps, Wall,
 };
-use sazanami_mics::boundary::Boundary;
+use sazanami_io::bed::Bed;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{Communicator, Solo};
-
-use sazanami::assembly::grains;
-use sazanami::assembly::shapes::shape_of;
-use sazanami::bed_file::Bed;
-use sazanami::case::meaning::{Case, ContactSphereChoice, GrainPlacement};
-use sazanami::case::{self, LoadedCase};
+use sazanami_posing::assembly::shapes::shape_of;
+use sazanami_posing::assembly::{grains, shared};
+use sazanami_posing::case::meaning::{Case, ContactSphereChoice, GrainPlacement};
+use sazanami_posing::case::{self, LoadedCase};
 
 /// The paper's case, as shipped.
 const PAPER: &str = include_str!("../cases/raindrop/paper.toml");
@@ -106,8 +104,7 @@ impl Paper {
 
     /// A rank's part of the case's box.
     pub(crate) fn domain_on(&self, communicator: Box<dyn Communicator>) -> Result<Domain, String> {
-        let boundary = Boundary::new(self.case.boundary).map_err(|error| error.to_string())?;
-        Domain::new(self.case.domain.grid(), boundary.periodic(), communicator).map_err(|error| error.to_string())
+        shared::domain(&self.case, communicator).map_err(|error| error.to_string())
     }
 
     /// Engine with the bed, its grains of the given shape.

@@ -5,12 +5,12 @@ use std::sync::OnceLock;
 use sazanami_dem::{ContactReport, Damping, Engine, LinearSpringDashpot, Loads, Substeps};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
+use sazanami_posing::case::meaning::ContactSphereChoice;
 
 use crate::beds::{self, Paper};
 use crate::machine::floor_of_bytes;
 use crate::stopwatch::Stopwatch;
 use crate::timing::Timing;
-use sazanami::case::meaning::ContactSphereChoice;
 
 /// Milliseconds in a second.
 const MILLI: Real = 1e3;

@@ -8,13 +8,14 @@ use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::{Body, GatheredBed, bed_profile};
 use sazanami_parallel::{Communicator, Solo};
+use sazanami_posing::assembly::fluid;
+use sazanami_posing::case::meaning::Case;
 
 use crate::beds;
-use crate::fluid::{Phases, build};
+use crate::fluid::Phases;
 use crate::machine::floor_of_bytes;
 use crate::stopwatch::{Stopwatch, forget_peak, memory};
 use crate::timing::Timing;
-use sazanami::case::meaning::Case;
 
 /// Bytes in a mebibyte.
 const MEBI: Real = 1_048_576.0;
@@ -74,7 +75,8 @@ pub(crate) fn whole_case(communicator: Box<dyn Communicator>) -> Result<(Case, S
     let height = bed_profile::height_near(&bed.view(&bodies), &case.ground(), case.bed.axis, case.bed.height_radius);
     // Rank 0 alone has gathered the bed.
     let height = domain.max(height.unwrap_or(case.domain.lower.z));
-    let solver = build(&case, domain, Some((engine, Arc::clone(&shapes))), height)?;
+    let boundary = fluid::boundary(&case).map_err(|error| error.to_string())?;
+    let solver = fluid::solver(&case, boundary, domain, engine, shapes, height).map_err(|error| error.to_string())?;
     Ok((case, solver))
 }
 

@@ -1,21 +1,19 @@
 //! Pressure and the whole fluid step, on the paper's grid.
 
-use std::sync::Arc;
-
 use sazanami_dem::Engine;
-use sazanami_mics::boundary::Boundary;
 use sazanami_mics::solver::{Phase, Solver};
 use sazanami_numerics::domain::{Domain, GhostRules};
 use sazanami_numerics::grid::{Field, Grid};
 use sazanami_numerics::linear::{ConjugateGradient, FaceEquation, Solution, Stop};
 use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::Solo;
+use sazanami_posing::assembly::{fluid, grains, shared};
+use sazanami_posing::case::meaning::{Case, Placement, Step};
 
 use crate::beds;
 use crate::machine::floor_of_bytes;
 use crate::stopwatch::{Lap, Stopwatch};
 use crate::timing::Timing;
-use sazanami::assembly::{fluid, grains};
-use sazanami::case::meaning::{Case, Placement, Step};
 
 /// The paper's grid and box \[m].
 const CELLS: [usize; 3] = [176, 184, 132];
@@ -176,34 +174,11 @@ fn drop_alone() -> Result<(Case, Solver), String> {
     drop.placement = Placement::Absolute(centre);
     drop.velocity = Vector::new(0.0, 0.0, -SPEED);
     case.fluid.step = Step::Adaptive { longest: STEP, first: STEP, growth: 1.2 };
-    let boundary = Boundary::new(case.boundary).map_err(|error| error.to_string())?;
-    let domain = Domain::solo(case.domain.grid(), boundary.periodic());
-    let solver = build(&case, domain, None, 0.0)?;
+    let domain = shared::domain(&case, Box::<Solo>::default()).map_err(|error| error.to_string())?;
+    let engine = Engine::new(&domain, grains::setup(&case, &[]), &[]).map_err(|error| error.to_string())?;
+    let boundary = fluid::boundary(&case).map_err(|error| error.to_string())?;
+    let solver = fluid::solver(&case, boundary, domain, engine, [].into(), 0.0).map_err(|error| error.to_string())?;
     Ok((case, solver))
-}
-
-/// The solver of a case on a rank's part of its box, with the grains of `engine` and of `shapes` if there are any.
-pub(crate) fn build(
-    case: &Case,
-    domain: Domain,
-    with: Option<(Engine, Arc<[sazanami_numerics::geometry::Shape]>)>,
-    bed_height: Real,
-) -> Result<Solver, String> {
-    let boundary = Boundary::new(case.boundary).map_err(|error| error.to_string())?;
-    let mut flow = fluid::flow(case, &domain);
-    fluid::pour(case, &domain, &boundary, &mut flow, bed_height);
-    let (engine, shapes) = match with {
-        Some(with) => with,
-        None => {
-            let engine = Engine::new(&domain, grains::setup(case, &[]), &[]).map_err(|error| error.to_string())?;
-            (engine, Vec::new().into())
-        }
-    };
-    let (settings, coupling) = (fluid::settings(case), case.coupling);
-    let mut solver =
-        Solver::new(domain, boundary, settings, flow, engine, shapes, coupling).map_err(|error| error.to_string())?;
-    solver.limit_first_step(fluid::first_step(case));
-    Ok(solver)
 }
 
 /// Steps of the drop on its way through the air.

@@ -1,4 +1,4 @@
-//! Files: checkpoints, VTK series, tables, meshes, readings of experiments.
+//! Files: checkpoints, VTK series, tables, meshes, beds, readings of experiments.
 //!
 //! Everything here takes plain slices and small structs, and knows no physics. A file that others
 //! rely on is never seen half written: it is made aside, synced, and renamed into place.
@@ -16,6 +16,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod bed;
 mod blocks;
 mod bodies;
 pub mod checkpoint;

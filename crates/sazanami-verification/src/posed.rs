@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
 
-use sazanami::case::meaning::ProbePlace;
-use sazanami::case::{self, LoadedCase};
 use sazanami_numerics::Real;
+use sazanami_posing::case::meaning::ProbePlace;
+use sazanami_posing::case::{self, LoadedCase};
 
 use crate::cases::whole_run::WholeRun;
 use crate::expected::{Expected, Other, Quantity, Run, Taken};

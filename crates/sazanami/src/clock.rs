@@ -1,11 +1,8 @@
 //! Time, steps, and the length of the next step.
 
 use sazanami_numerics::Real;
+use sazanami_posing::steps::{LANDING, towards};
 
-use crate::case::meaning::{Case, Solver, Step};
-
-/// A step ends on an output time when it comes this near to it, in parts of the step.
-const LANDING: Real = 1e-9;
 /// A time counts as reached when this part of it is left.
 pub(crate) const END: Real = 1e-12;
 
@@ -48,25 +45,15 @@ impl Clock {
         self.time >= time * (1.0 - END)
     }
 
-    /// Length of the next step \[s]: `stable` or the fixed one, shortened (never lengthened) so that
-    /// a step ends exactly at `due`, the next output time.
+    /// Length of the next step \[s]: `stable`, shortened so that a step ends at `due`, the next output time ([`towards`]), or the fixed one.
     ///
-    /// Two steps share what is left when one would leave a sliver. Fixed steps are not shortened:
-    /// their outputs come at the step nearest to the time asked for.
+    /// Fixed steps are not shortened: their outputs come at the step nearest to the time asked for.
     #[must_use]
     pub fn next_step(&self, stable: Real, due: Option<Real>) -> Real {
         if let Some(dt) = self.fixed {
             return dt;
         }
-        let Some(due) = due else { return stable };
-        let left = due - self.time;
-        if left <= stable * (1.0 + LANDING) {
-            left
-        } else if left < 2.0 * stable {
-            0.5 * left
-        } else {
-            stable
-        }
+        due.map_or(stable, |due| towards(due - self.time, stable))
     }
 
     /// Counts a step of length `dt` \[s] and lands on `due` if it is reached.
@@ -77,30 +64,6 @@ impl Clock {
             (None, Some(due)) if (due - (self.time + dt)).abs() <= LANDING * dt => due,
             _ => self.time + dt,
         };
-    }
-}
-
-/// Steps in a period of what shakes the box or drives the flow. A body that is free to follow then has the amplitude of its
-/// swing to 0.1 %: the sum of `sin` over steps of `T/n` is off by `(pi/n)^2/6`.
-pub(crate) const STEPS_OF_SWING: Real = 40.0;
-
-/// Name of the limit of steps that end on an output, and of the phase between the steps.
-pub(crate) const OUTPUT: &str = "output";
-
-/// Name of the limit by [`STEPS_OF_SWING`].
-pub(crate) const SWING: &str = "swing";
-
-/// Longest step that follows what shakes the box and drives the flow \[s]; `None` where nothing swings.
-pub(crate) fn longest_in_swing(case: &Case) -> Option<Real> {
-    case.swing_frequency().map(|frequency| (STEPS_OF_SWING * frequency).recip())
-}
-
-/// A fixed step length of the case, if it has one \[s].
-pub(crate) fn fixed_step(case: &Case) -> Option<Real> {
-    match (case.solver, case.fluid.step) {
-        (Solver::Mps, _) => case.particles.as_ref().and_then(|particles| particles.dt),
-        (Solver::Mics, Step::Fixed(dt)) => Some(dt),
-        (Solver::Mics, Step::Adaptive { .. }) => None,
     }
 }
 

@@ -8,13 +8,13 @@ use sazanami_io::checkpoint::{CheckpointReader, CheckpointWriter};
 use sazanami_numerics::Real;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_parallel::{Processes, RanksFailed};
+use sazanami_posing::feasible;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::case::meaning::{Case, Solver};
 use crate::case::{self, LoadedCase};
 use crate::error::CommandError;
-use crate::feasible;
 use crate::job::{Ending, Job, Program, RUN_STATE, RankFailure, Reporter, Resumed, RunOptions, Workers};
 use crate::machine::{self, Machine};
 use crate::results::{self, CASE};

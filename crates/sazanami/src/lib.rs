@@ -51,12 +51,9 @@
 //!
 //! `examples/settling_sphere.rs` adds grains, a listener that can end the run, and the fields of a checkpoint.
 
-mod amounts;
 pub mod analyse;
 pub mod artist;
-pub mod assembly;
 pub mod bed_file;
-pub mod check;
 mod checkpoints;
 pub mod clock;
 mod columns;
@@ -69,7 +66,6 @@ pub mod followers;
 mod job;
 mod lock;
 mod log;
-pub mod machine;
 mod naming;
 pub mod progress;
 mod recorder;
@@ -77,7 +73,6 @@ pub mod reference;
 pub mod results;
 pub mod run;
 pub mod saved;
-pub mod schedule;
 mod simulation;
 pub mod state;
 pub mod stop;
@@ -87,4 +82,4 @@ pub mod volume_fractions;
 mod water;
 pub mod workers;
 
-pub use sazanami_case as case;
+pub use sazanami_posing::{case, check, machine};

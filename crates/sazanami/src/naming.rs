@@ -2,8 +2,8 @@
 
 use sazanami_dem::{DemError, Wall};
 use sazanami_numerics::Vector;
+use sazanami_posing::assembly::grains::population_of;
 
-use crate::assembly::grains::population_of;
 use crate::case::meaning::{Case, SIDE_NAMES};
 
 /// Message on an error of the grains, by their names in the case.

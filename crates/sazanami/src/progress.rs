@@ -7,6 +7,7 @@ use sazanami_numerics::Real;
 use crate::case::{Diagnostics, Source};
 
 pub(crate) use pace::Pace;
+pub use sazanami_posing::amounts::duration;
 
 /// Phases that grains end by coming to rest: their end is predicted.
 const BY_REST: [&str; 2] = ["packing", "relax"];
@@ -80,24 +81,6 @@ impl std::fmt::Display for StepLine {
     }
 }
 
-/// A length of time for people: `42 s`, `3 min 20 s`, `5 h 10 min`.
-#[must_use]
-pub fn duration(seconds: Real) -> String {
-    if seconds < 10.0 {
-        return format!("{seconds:.1} s");
-    }
-    let whole = seconds.round();
-    if whole < 120.0 {
-        format!("{whole:.0} s")
-    } else if whole < 7200.0 {
-        format!("{:.0} min {:02.0} s", (whole / 60.0).floor(), whole % 60.0)
-    } else if whole < 3.6e9 {
-        format!("{:.0} h {:02.0} min", (whole / 3600.0).floor(), ((whole % 3600.0) / 60.0).floor())
-    } else {
-        format!("{:.1e} h", whole / 3600.0)
-    }
-}
-
 /// Listener of a running command.
 pub trait Progress {
     /// A step is done. Called after every step; whoever shows it thins out.
@@ -125,14 +108,6 @@ impl Progress for Silent {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn durations_read_well() {
-        assert_eq!(duration(4.25), "4.2 s");
-        assert_eq!(duration(42.4), "42 s");
-        assert_eq!(duration(200.0), "3 min 20 s");
-        assert_eq!(duration(18_650.0), "5 h 10 min");
-    }
 
     #[test]
     fn percentage_and_time_left_come_first_within_80_columns() {

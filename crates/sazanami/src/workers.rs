@@ -4,8 +4,8 @@ use std::fmt;
 
 use sazanami_numerics::domain::{Decomposition, LayoutError};
 use sazanami_parallel::Processes;
+use sazanami_posing::assembly::shared;
 
-use crate::assembly::shared;
 use crate::case::LoadedCase;
 use crate::case::meaning::{Case, Solver};
 use crate::error::CommandError;
@@ -136,6 +136,13 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+
+    #[test]
+    fn more_threads_than_systems_start_are_refused() {
+        let refused = few_enough(5000, 2).unwrap_err().to_string();
+        assert!(refused.contains("5000 threads"), "{refused}");
+        assert!(few_enough(MOST_THREADS, 2).is_ok() && few_enough(5000, 5000).is_ok());
+    }
 
     #[test]
     fn numbers_of_ranks_that_work_are_named_on_both_sides() {

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use sazanami::analyse::Table;
-use sazanami::case::LoadedCase;
 use sazanami::progress::Silent;
 use sazanami::run::{RunOptions, run};
 use sazanami::stop::Stop;
 use sazanami_numerics::Real;
+use sazanami_posing::case::LoadedCase;
 
 /// Folder of a finished run.
 pub(crate) struct WholeRun {

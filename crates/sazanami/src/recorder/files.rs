@@ -11,7 +11,6 @@ use sazanami_numerics::Real;
 
 use super::drawing::Drawing;
 use super::grain_files::{GrainStates, OwnArray, write_glyph};
-use crate::assembly::fluid::surface_tension_coefficient;
 use crate::case::meaning::FieldPrecision;
 use crate::clock::Clock;
 use crate::columns::SeriesParts;
@@ -21,6 +20,7 @@ use crate::results::{
     CASE, CHECKPOINTS, FIELD_SERIES, FIELDS, FIGURES, GRAIN_SERIES, GRAINS, MESH_SERIES, PROBES, SERIES,
 };
 use sazanami_numerics::choice::Choice;
+use sazanami_posing::assembly::fluid::surface_tension_coefficient;
 
 /// Time \[s] and step a resumed run goes on from.
 type Left = Option<(Real, u64)>;

@@ -26,11 +26,12 @@ use sazanami_mps::snapshot::GRAINS;
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::snapshot::Snapshot;
+use sazanami_posing::assembly::grains::after_packing;
+use sazanami_posing::steps::fixed_step;
 
-use crate::assembly::grains::after_packing;
-use crate::bed_file::{Bed, BedGrain, Recipe};
+use crate::bed_file::{self, Bed, BedGrain, Recipe};
 use crate::case::meaning::{Case, RunEnd};
-use crate::clock::{Clock, fixed_step};
+use crate::clock::Clock;
 use crate::error::Failure;
 use crate::job::{
     Ending, Job, PACKING, RELAXATION, RUN_STATE, RankError, RankFailure, RecordError, RunState, Status, Totals,
@@ -232,7 +233,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
             upper: case.domain.upper,
             recipe: Recipe {
                 case: case.name.clone(),
-                case_hash: Recipe::hash_of(case),
+                case_hash: bed_file::hash_of(case),
                 version: env!("CARGO_PKG_VERSION").to_owned(),
                 shapes: case.grains.iter().map(|population| population.name.clone()).collect(),
                 porosity: found.porosity,

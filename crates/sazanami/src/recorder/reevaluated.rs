@@ -10,13 +10,13 @@ use sazanami_observe::erosion::{Erosion, InitialBed};
 use sazanami_observe::heap::{Heap, HeapError};
 use sazanami_observe::splash::SplashTracker;
 use sazanami_observe::{BedView, Body, GatheredBed};
+use sazanami_posing::assembly::grains;
 use serde_json::{Map, Value, json};
 
 use super::CLOCK;
 use super::bed::{BED, BedFindings, BedSettings, bed_findings, heap_json, heap_settings};
 use super::mics::{BEFORE, Findings, crater_course, drops, erosion_settings, initial_heights};
 
-use crate::assembly::grains;
 use crate::case::meaning::{Case, Erosion as Evaluation};
 use crate::columns::object;
 use crate::error::CommandError;

@@ -1,10 +1,10 @@
 //! When what is due.
 
 use sazanami_numerics::Real;
+use sazanami_posing::schedule::{Schedule, StepEnds};
 
 use crate::case::meaning::{self, Case};
 use crate::clock::Clock;
-use crate::schedule::{Schedule, StepEnds};
 
 /// A schedule by time and by steps.
 #[derive(Clone, Debug, Default)]

@@ -3,8 +3,8 @@
 use sazanami_dem::{DemError, Engine, Grain, Motion, Random};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Quaternion, Real, Vector};
+use sazanami_posing::assembly::grains::{factors, member};
 
-use crate::assembly::grains::{factors, member};
 use crate::case::meaning::{Case, Feed, GrainPlacement};
 use crate::clock::END;
 use crate::water::Water;

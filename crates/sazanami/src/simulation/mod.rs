@@ -9,17 +9,18 @@ mod start;
 
 use std::time::Instant;
 
-use sazanami_dem::{Engine, Packing, Stage};
-use sazanami_mics::boundary::Boundary;
+use sazanami_dem::{Packing, Stage};
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 use sazanami_parallel::{Communicator, Reduction};
+use sazanami_posing::assembly::shared;
+use sazanami_posing::steps::{OUTPUT, SWING, fixed_step, longest_in_swing};
 
 use self::feeding::Feeding;
 use self::held_flow::HeldFlow;
 use self::releases::Releases;
-use crate::case::meaning::{Case, Solver};
-use crate::clock::{Clock, OUTPUT, SWING, fixed_step, longest_in_swing};
+use crate::case::meaning::Solver;
+use crate::clock::Clock;
 use crate::job::{Ending, Job, RankError, RankFailure, Status};
 use crate::progress::StepLine;
 use crate::recorder::{GridObserver, Observer, ParticleObserver, Recorder, Step};
@@ -31,20 +32,14 @@ const RELEASE: &str = "release";
 
 /// Runs `job` on one rank of a group.
 pub(crate) fn run_rank(communicator: Box<dyn Communicator>, job: &Job) -> Result<Ending, Box<RankFailure>> {
+    let domain = shared::domain(job.case, communicator)?;
     match job.case.solver {
-        Solver::Mics => {
-            let periodic = Boundary::new(job.case.boundary)?.periodic();
-            let domain = Domain::new(job.case.domain.grid(), periodic, communicator)?;
-            recorded::<GridObserver>(job, domain, |domain, packed, recorder| {
-                start::solver(job, domain, packed, recorder)
-            })
-        }
-        Solver::Mps => {
-            let domain = crate::assembly::particles::domain(job.case, communicator)?;
-            recorded::<ParticleObserver>(job, domain, |domain, packed, recorder| {
-                preparation::solver(job, domain, packed, recorder)
-            })
-        }
+        Solver::Mics => recorded::<GridObserver>(job, domain, |domain, packed, recorder| {
+            start::solver(job, domain, packed, recorder)
+        }),
+        Solver::Mps => recorded::<ParticleObserver>(job, domain, |domain, packed, recorder| {
+            preparation::solver(job, domain, packed, recorder)
+        }),
     }
 }
 
@@ -102,19 +97,6 @@ fn signals<B: Observer>(domain: &Domain, job: &Job, recorder: &Recorder<B>) -> [
     // A signal may reach one process of many.
     job.stop.heard(values[0] as u8);
     values.map(|value| value > 0.0)
-}
-
-/// The engine, told whether grains are fed in, and through which sides they leave a box that stands still: those that are open and hold
-/// none back.
-fn expecting(case: &Case, mut engine: Engine) -> Engine {
-    if case.feeds() {
-        engine.expect_arrivals();
-    }
-    let opens = |d: usize, upper: usize| {
-        case.boundary[d][upper].is_open() && !case.holds_grains(d, upper) && !case.walls_move()
-    };
-    engine.let_leave([0, 1, 2].map(|d| [0, 1].map(|upper| opens(d, upper))));
-    engine
 }
 
 /// Packs the bed; `None` if the run is stopped before.

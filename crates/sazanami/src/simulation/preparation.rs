@@ -1,16 +1,16 @@
 //! A bed in water before its run: the packed bed is levelled, the water poured between its grains and left to come to
 //! rest, and the grains let go. What comes of it is kept, and found again by what it was made of.
 
-use sazanami_dem::{Engine, Motion, Packing};
+use sazanami_dem::{Engine, Packing};
 use sazanami_mps::grains::GrainPhase;
 use sazanami_mps::snapshot::GRAINS;
 use sazanami_mps::solver::{Forcing, Solver, StepReport};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
+use sazanami_posing::assembly::{grains, particles};
 
 use super::{signals, start};
-use crate::assembly::particles;
 use crate::case::meaning::{Case, Preparation, RELAX_STEPS};
 use crate::clock::END;
 use crate::job::{Job, RankError, StateError};
@@ -89,7 +89,7 @@ pub(super) fn solver(
         }
         recorder.keep_tank(&mut solver)?;
     }
-    set_off(job.case, &mut solver);
+    particles::set_off(job.case, &mut solver);
     hold_mean_flow(job.case, &mut solver, None)?;
     Ok(Some(solver))
 }
@@ -116,7 +116,7 @@ fn restored(job: &Job, domain: Domain, snapshot: &Snapshot) -> Result<Solver, Ra
     let case = job.case;
     let setup = particles::setup(case, &job.shapes);
     let engine = Engine::restore(&domain, setup, GRAINS, snapshot).map_err(StateError::Grains)?;
-    let engine = super::expecting(case, engine);
+    let engine = grains::expecting(case, engine);
     let grains = GrainPhase::new(&domain, engine, particles::coupling(case));
     let settings = particles::settings(case, particles::level(case, case.domain.lower.z));
     let solver = Solver::restore(domain, settings, case.tank(), grains, snapshot);
@@ -135,7 +135,7 @@ fn poured(
     let engine = match packed {
         Some(packing) => {
             let mut engine = start::levelled(case, &domain, setup, packing)?;
-            engine.insert(&domain, &crate::assembly::grains::placed(case, &job.beds))?;
+            engine.insert(&domain, &grains::placed(case, &job.beds))?;
             engine
         }
         None => match start::laid(job, &domain, setup, recorder)? {
@@ -143,14 +143,12 @@ fn poured(
             None => return Ok(None),
         },
     };
-    let engine = super::expecting(case, engine);
+    let engine = grains::expecting(case, engine);
     start::within_box(job, &domain, &engine)?;
     start::clear_of_gates(job, &domain, &engine)?;
     let bed_height = recorder.measure_bed(&domain, &engine);
     start::liquids_fit(job, bed_height)?;
-    let tank = case.tank();
-    let mut grains = GrainPhase::new(&domain, engine, particles::coupling(case));
-    grains.place(&domain, &tank);
+    let grains = particles::grain_phase(case, &domain, engine);
     let particles::Poured { particles: fluid, asked } = particles::fill(case, &domain, &grains, bed_height);
     if case.has_liquid() {
         recorder.say(&format!("poured {} particles of water", fluid.len()));
@@ -169,8 +167,7 @@ fn poured(
              rest first, the grains held"
         ));
     }
-    let settings = particles::settings(case, particles::level(case, bed_height));
-    Ok(Some(Solver::new(domain, settings, tank, &fluid, grains)?))
+    Ok(Some(particles::solver(case, domain, &fluid, grains, bed_height)?))
 }
 
 /// Lets water and grains come to rest; returns whether they did, or the run was stopped before.
@@ -284,27 +281,4 @@ fn next<B: Observer>(
         Stage::Settling(done) => Stage::Settling(done + dt),
         Stage::Ready => Stage::Ready,
     })
-}
-
-/// Gives fluid and grains at rest the velocity that they have against a tank which begins with a speed.
-fn set_off(case: &Case, solver: &mut Solver) {
-    let velocity = initial_velocity(case);
-    if velocity == Vector::ZERO {
-        return;
-    }
-    solver.set_velocities(|particles, a| particles.velocity[a] + velocity);
-    let (engine, domain) = solver.engine_mut();
-    for g in 0..engine.grains().owned() {
-        if engine.grains().motion[g] != Motion::Free {
-            continue;
-        }
-        let (before, spin) = (engine.grains().velocity[g], engine.grains().angular_velocity(g));
-        engine.set_velocity(g, before + velocity, spin);
-    }
-    engine.refresh_ghosts(domain);
-}
-
-/// Velocity that fluid and grains at rest have in the frame of a tank that begins with a speed [m/s].
-fn initial_velocity(case: &Case) -> Vector {
-    if case.walls_move() { Vector::ZERO } else { -case.tank_at(0.0)[1] }
 }

@@ -7,8 +7,9 @@ use sazanami_dem::{ContactReport, DemError, Engine, Loads, Setup, Substeps};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
+use sazanami_posing::assembly::grains;
 
-use super::{expecting, signals};
+use super::signals;
 use crate::job::{Job, RELAXATION, RankError};
 use crate::progress::StepLine;
 use crate::recorder::{Observer, Recorder};
@@ -107,7 +108,7 @@ pub(super) fn relax<B: Observer>(
     recorder: &mut Recorder<B>,
 ) -> Result<Option<Engine>, RankError> {
     let gravity = job.case.resting_gravity();
-    relaxation.engine = expecting(job.case, relaxation.engine);
+    relaxation.engine = grains::expecting(job.case, relaxation.engine);
     loop {
         let [stop, checkpoint, _] = signals(domain, job, recorder);
         let (time, mean_speed) = (relaxation.time(), relaxation.mean_speed(domain));

@@ -1,8 +1,8 @@
 //! Populations and gates that are held until a time.
 
 use sazanami_numerics::Real;
+use sazanami_posing::assembly::grains::population_of;
 
-use crate::assembly::grains::population_of;
 use crate::case::meaning::Case;
 use crate::clock::END;
 use crate::job::{Job, RankError};

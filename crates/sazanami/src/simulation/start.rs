@@ -8,12 +8,12 @@ use sazanami_mics::solver::Solver;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::Region;
 use sazanami_numerics::{Real, Vector};
+use sazanami_posing::assembly::{fluid, grains, particles};
+use sazanami_posing::steps::fixed_step;
 
-use super::expecting;
 use super::relaxation::{Relaxation, relax};
-use crate::assembly::{fluid, grains, particles};
 use crate::case::meaning::{self, Case, FluidName, GrainPlacement, Placement, Population};
-use crate::clock::{Clock, fixed_step};
+use crate::clock::Clock;
 use crate::job::{Job, PACKING, RankError};
 use crate::naming::partner;
 use crate::recorder::{Observer, Recorder};
@@ -59,17 +59,15 @@ pub(super) fn solver(
 ) -> Result<Option<Solver>, RankError> {
     let case = job.case;
     let boundary = fluid::boundary(case)?;
-    let settings = fluid::settings(case);
-    let coupling = case.coupling;
-    let mut flow = fluid::flow(case, &domain);
     let setup = grains::setup(case, &job.shapes);
     let shapes = Arc::clone(&job.shapes);
     if let Some(state) = job.resumed.as_ref().filter(|state| state.run.flows()) {
-        let engine = expecting(case, Engine::restore(&domain, setup, GRAINS, &state.snapshot)?);
         let snapshot = &state.snapshot;
+        let engine = grains::expecting(case, Engine::restore(&domain, setup, GRAINS, snapshot)?);
         let tension = fluid::surface_tension(case, &domain, &boundary);
         let tension = tension.map(|tension| tension.restore(&domain, snapshot)).transpose()?;
-        let solver = Solver::restore(domain, boundary, settings, flow, engine, shapes, coupling, snapshot)?;
+        let (settings, flow) = (fluid::settings(case), fluid::flow(case, &domain));
+        let solver = Solver::restore(domain, boundary, settings, flow, engine, shapes, case.coupling, snapshot)?;
         return Ok(Some(solver.with_surface_tension(tension).with_mean_flow(mean_flow(case, Some(snapshot))?)));
     }
     let mut engine = match packed {
@@ -90,20 +88,12 @@ pub(super) fn solver(
     if case.packs() {
         engine.insert(&domain, &grains::placed(case, &job.beds))?;
     }
-    let engine = expecting(case, engine);
+    let engine = grains::expecting(case, engine);
     within_box(job, &domain, &engine)?;
     let bed_height = recorder.measure_bed(&domain, &engine);
     liquids_fit(job, bed_height)?;
     keep_clear(job, &domain, &engine, bed_height)?;
-    fluid::pour(case, &domain, &boundary, &mut flow, bed_height);
-    let tension = fluid::surface_tension(case, &domain, &boundary);
-    let solver = Solver::new(domain, boundary, settings, flow, engine, shapes, coupling)?;
-    let mut solver = solver.with_surface_tension(tension).with_mean_flow(mean_flow(case, None)?);
-    solver.limit_first_step(fluid::first_step(case));
-    if let Some(carrying) = &case.fluid.carrying_flow {
-        solver.set_carried(carrying, 0.0);
-    }
-    Ok(Some(solver))
+    Ok(Some(fluid::solver(case, boundary, domain, engine, shapes, bed_height)?))
 }
 
 /// The packed grains without those that reach above the level of their population, and with those held that are glued to the floor.

@@ -1,11 +1,9 @@
 //! Runs of whole cases, and what is read, refused, kept and drawn of them.
 
-mod absurd_cases;
 mod analysis;
 mod bodies;
 mod bridges;
 mod carrying_flow;
-mod case_files;
 mod copies;
 mod driven;
 mod dry;

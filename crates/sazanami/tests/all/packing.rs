@@ -1,5 +1,7 @@
 //! Beds of like and unlike sizes, packed as case files ask for it: they come to rest in the work that `check` foretells.
 
+use std::path::Path;
+
 use sazanami::bed_file::Bed;
 use sazanami::case::LoadedCase;
 use sazanami::check::{self, CostModel, Known};
@@ -90,6 +92,20 @@ fn beds_of_unlike_sizes_come_to_rest_in_the_work_foretold() {
         let times = substeps as Real / of_like as Real;
         assert!(times <= 5.0, "{name}: {times} times the sub-steps of the bed of like sizes");
     }
+}
+
+#[test]
+fn a_bed_that_cannot_be_written_is_reported_before_it_is_packed() {
+    let folder = Scratch::new("unwritable-bed");
+    let refused = |path: &Path| {
+        let loaded = load(&case_text("count = 3"), &[&format!("output.bed={}", path.display())]);
+        let found = feasible::check(&loaded, &Machine::this(), &CostModel::default());
+        found.err().map(|error| error.to_string()).unwrap_or_default()
+    };
+    assert_eq!(refused(&folder.join("made.bed")), "");
+    assert!(refused(&folder.join("no such folder/made.bed")).contains("the bed cannot be written to"));
+    assert!(refused(folder.path()).contains("add the name of a file"));
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "the trial leaves nothing");
 }
 
 #[test]

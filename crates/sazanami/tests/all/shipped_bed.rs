@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use sazanami::bed_file::{Bed, Recipe};
+use sazanami::bed_file::{Bed, hash_of};
 use sazanami::case;
 
 fn beds() -> PathBuf {
@@ -13,7 +13,7 @@ fn beds() -> PathBuf {
 fn what_a_bed_is_made_of_is_in_its_hash_and_the_shipped_bed_has_one() {
     let path = beds().join("beds/paper.bed");
     let bed = Bed::read(&path).unwrap();
-    let hash = |overrides: &[String]| Recipe::hash_of(&case::load(&beds().join("bed.toml"), overrides).unwrap().case);
+    let hash = |overrides: &[String]| hash_of(&case::load(&beds().join("bed.toml"), overrides).unwrap().case);
     // Where the bed goes, what the water does and what is observed does not matter; what it is made of does.
     for change in [
         "title=\"another\"",

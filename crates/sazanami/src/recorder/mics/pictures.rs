@@ -10,11 +10,11 @@ use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::grid::Grid;
 use sazanami_observe::BedView;
 use sazanami_observe::erosion::{Erosion, ErosionSettings, InitialBed, Known};
+use sazanami_posing::assembly::fluid::origin_of;
 
 use super::GridObserver;
 use super::series::Fractions;
 use crate::artist::{Amount, BedSurface, Colouring, CraterCap, Figure, Points, Scene, heights_coloured};
-use crate::assembly::fluid::origin_of;
 use crate::case::meaning::{Case, GrainColour};
 use crate::job::RecordError;
 use crate::recorder::bed::{BedFindings, GatheredGrains};

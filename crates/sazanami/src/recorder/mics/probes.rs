@@ -5,8 +5,8 @@ use sazanami_mics::solver::Solver;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
+use sazanami_posing::assembly::grains::identifier;
 
-use crate::assembly::grains::identifier;
 use crate::case::meaning::{Case, Probe, ProbePlace};
 use crate::columns::{Cell, cells, missing, quantities};
 use crate::recorder::columns::{GAUGE, ProbeColumns};

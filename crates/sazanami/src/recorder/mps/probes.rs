@@ -5,9 +5,9 @@ use std::cell::OnceCell;
 use sazanami_io::table::Value;
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::ripples::{Sides, SurfaceProfile, Tank};
+use sazanami_posing::assembly::grains::identifier;
 
 use super::gathered::GatheredTank;
-use crate::assembly::grains::identifier;
 use crate::case::meaning::{BoundarySide, Case, Probe, ProbePlace};
 use crate::columns::{Cell, cells, missing, quantities};
 use crate::recorder::columns::{GAUGE, ProbeColumns};

@@ -1,16 +1,19 @@
 //! The fluid side of a case: boundary, schemes, limits of the step, initial liquid.
 
 use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
 
+use sazanami_dem::Engine;
 use sazanami_mics::advection::Convection;
 use sazanami_mics::boundary::{Boundary, BoundaryError};
 use sazanami_mics::flow::{Carrier, Flow, Fluids, Schemes};
 use sazanami_mics::pressure::Tolerance;
-use sazanami_mics::solver::Settings;
+use sazanami_mics::solver::{self, Settings, StepError};
 use sazanami_mics::stability::StepLimits;
 use sazanami_mics::surface_tension::{Curvature, SurfaceTension, WIDE};
 use sazanami_numerics::domain::Domain;
-use sazanami_numerics::geometry::RegionFractions;
+use sazanami_numerics::geometry::{RegionFractions, Shape};
+use sazanami_numerics::mean_flow::MeanFlow;
 use sazanami_numerics::{Real, Vector};
 
 use crate::case::meaning::{
@@ -21,7 +24,7 @@ use crate::case::meaning::{
 ///
 /// # Errors
 /// [`BoundaryError`] if the sides contradict each other.
-pub(crate) fn boundary(case: &Case) -> Result<Boundary, BoundaryError> {
+pub fn boundary(case: &Case) -> Result<Boundary, BoundaryError> {
     let (angles, receding) =
         (case.fluid.contact_angle.unwrap_or_default(), case.fluid.receding_angle.unwrap_or_default());
     let pair = |d: usize, upper: usize| {
@@ -79,8 +82,34 @@ pub fn settings(case: &Case) -> Settings {
     }
 }
 
+/// The solver of a case at its start: the liquids poured over a bed whose highest point near the axis is at `bed_height` \[m], and the
+/// grains of `engine`, of these shapes.
+///
+/// # Errors
+/// [`StepError`] if the fluid at the start is none that steps can go on from, on this rank or another.
+pub fn solver(
+    case: &Case,
+    boundary: Boundary,
+    domain: Domain,
+    engine: Engine,
+    shapes: Arc<[Shape]>,
+    bed_height: Real,
+) -> Result<solver::Solver, StepError> {
+    let mut flow = flow(case, &domain);
+    pour(case, &domain, &boundary, &mut flow, bed_height);
+    let tension = surface_tension(case, &domain, &boundary);
+    let solver = solver::Solver::new(domain, boundary, settings(case), flow, engine, shapes, case.coupling)?;
+    let mean_flow = case.mean_flow().map(MeanFlow::new);
+    let mut solver = solver.with_surface_tension(tension).with_mean_flow(mean_flow);
+    solver.limit_first_step(first_step(case));
+    if let Some(carrying) = &case.fluid.carrying_flow {
+        solver.set_carried(carrying, 0.0);
+    }
+    Ok(solver)
+}
+
 /// Surface tension of the case, if it has any.
-pub(crate) fn surface_tension(case: &Case, domain: &Domain, boundary: &Boundary) -> Option<SurfaceTension> {
+pub fn surface_tension(case: &Case, domain: &Domain, boundary: &Boundary) -> Option<SurfaceTension> {
     let coefficient = surface_tension_coefficient(case)?;
     let tension = SurfaceTension::new(domain, boundary, coefficient, Curvature::Found);
     let narrow = (1.0 - 1e-9) * WIDE * domain.grid().spacing.max_element();
@@ -93,12 +122,12 @@ pub(crate) fn surface_tension(case: &Case, domain: &Domain, boundary: &Boundary)
 }
 
 /// Surface tension [N/m], if there is any.
-pub(crate) fn surface_tension_coefficient(case: &Case) -> Option<Real> {
+pub fn surface_tension_coefficient(case: &Case) -> Option<Real> {
     case.fluid.surface_tension.filter(|&sigma| sigma > 0.0 && case.solver == Solver::Mics)
 }
 
 /// First step of an adaptive run \[s].
-pub fn first_step(case: &Case) -> Option<Real> {
+fn first_step(case: &Case) -> Option<Real> {
     match case.fluid.step {
         Step::Adaptive { first, .. } => Some(first),
         Step::Fixed(_) => None,
@@ -106,7 +135,7 @@ pub fn first_step(case: &Case) -> Option<Real> {
 }
 
 /// Origin of a liquid region \[m], above a bed whose highest point near the axis is at `bed_height` \[m].
-pub(crate) fn origin_of(liquid: &LiquidRegion, axis: [Real; 2], bed_height: Real) -> Vector {
+pub fn origin_of(liquid: &LiquidRegion, axis: [Real; 2], bed_height: Real) -> Vector {
     match liquid.placement {
         Placement::Absolute(origin) => origin,
         Placement::AboveBed { height, to_bottom, offset } => {
@@ -123,7 +152,7 @@ const LINES: u32 = 12;
 
 /// Puts the initial liquids (and bubbles) into `flow`, in the order of the case: later ones take the
 /// place of earlier ones.
-pub fn pour(case: &Case, domain: &Domain, boundary: &Boundary, flow: &mut Flow, bed_height: Real) {
+fn pour(case: &Case, domain: &Domain, boundary: &Boundary, flow: &mut Flow, bed_height: Real) {
     for liquid in &case.liquids {
         let origin = origin_of(liquid, case.bed.axis, bed_height);
         let region = case.region_of(liquid, origin).geometry();

@@ -1,10 +1,10 @@
 //! Feasibility of a case that can be read, before it is run: beds, memory, counts beyond reason.
 
-use sazanami::bed_file::{Bed, BedGrain, Recipe};
-use sazanami::check::CostModel;
-use sazanami::feasible::{self, Feasible};
-use sazanami::machine::{Machine, MemoryLimit};
+use sazanami_io::bed::{Bed, BedGrain, Recipe};
 use sazanami_numerics::{Quaternion, Vector};
+use sazanami_posing::check::{self, CostModel};
+use sazanami_posing::feasible::{self, Feasible};
+use sazanami_posing::machine::{Machine, MemoryLimit};
 
 use super::*;
 
@@ -238,21 +238,6 @@ fn grains_in_the_way_of_a_bed_that_is_packed_are_told_before_it_is() {
 }
 
 #[test]
-fn a_bed_that_cannot_be_written_is_reported_before_it_is_packed() {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
-    let text = format!("{SMALL}{PACKED}");
-    let with = |path: &Path| feasibility(&text, &[&format!("output.bed={}", path.display())], ENOUGH);
-    assert!(with(&folder.join("made.bed")).1.is_some());
-    let (found, feasible) = with(&folder.join("no such folder/made.bed"));
-    assert!(feasible.is_none() && found[0].contains("the bed cannot be written to"), "{found:#?}");
-    let (found, feasible) = with(folder);
-    assert!(feasible.is_none() && found[0].contains("add the name of a file"), "{found:#?}");
-    let left = std::fs::read_dir(folder).unwrap().flatten();
-    let process = std::process::id().to_string();
-    assert!(!left.into_iter().any(|e| e.file_name().to_string_lossy() == format!(".sazanami-write-test-{process}")));
-}
-
-#[test]
 fn memory_is_refused_with_what_would_fit() {
     let text = format!("{SMALL}{PACKED}");
     let gibibyte = 1 << 30;
@@ -268,7 +253,7 @@ fn memory_is_refused_with_what_would_fit() {
     // What is suggested does fit, and is not much less than what could.
     for (key, value) in [("domain.cells", fits), ("grains.0.count", count)] {
         let loaded = read(&text, &[&format!("{key}={value}")]).unwrap();
-        let needed = sazanami::check::memory(&loaded.case, &CostModel::default());
+        let needed = check::memory(&loaded.case, &CostModel::default());
         assert!((0.8..=1.0).contains(&(needed / f64::from(gibibyte as u32))), "{key}={value}: {needed}");
     }
 }
@@ -279,7 +264,7 @@ fn memory_of_surfaces_is_counted() {
     let memory = |changes: &[&str]| {
         let loaded = read(&text, changes).unwrap();
         let cells = loaded.case.domain.cells.iter().map(|&n| n as f64 + 4.0).product::<f64>();
-        (sazanami::check::memory(&loaded.case, &CostModel::default()), cells)
+        (check::memory(&loaded.case, &CostModel::default()), cells)
     };
     let large = "domain.cells=[400, 400, 400]";
     let ((surfaces, cells), (other, _)) = (memory(&[large]), memory(&[large, "coupling.exchange=stress"]));
@@ -294,7 +279,7 @@ fn memory_of_the_smoothing_grid_is_counted_with_its_radius() {
     let with = |radius: &str| format!("erosion.r_max={radius}");
     let memory = |radius: &str| {
         let loaded = read(&text, &[wide[0], wide[1], wide[2], &with(radius)]).unwrap();
-        sazanami::check::memory(&loaded.case, &CostModel::default())
+        check::memory(&loaded.case, &CostModel::default())
     };
     // A mean of 16 bytes for each cell of a square of twice the radius.
     let grown = memory("450 mm") - memory("50 mm");

@@ -26,8 +26,7 @@ use crate::case::meaning::{Case, FluidName, LiquidRegion};
 use crate::machine::Machine;
 
 pub(crate) use crate::assembly::grains::PACKED;
-pub(crate) use bed_flow::bed_flow;
-pub use bed_flow::{BedReport, PredictedReport};
+pub use bed_flow::{BedReport, PredictedReport, bed_flow};
 use cost::packing_time;
 pub(crate) use cost::{fall_of, packing_substeps};
 pub use disk::warn_of_disk;
@@ -168,7 +167,8 @@ struct Size {
 }
 
 /// Simulated time that packing the bed of a case takes \[s]; `None` if it packs none.
-pub(crate) fn packing_time_of(case: &Case, shapes: &[ShapeFacts]) -> Option<Real> {
+#[must_use]
+pub fn packing_time_of(case: &Case, shapes: &[ShapeFacts]) -> Option<Real> {
     packing_time(case, &population_reports(case, shapes), &CostModel::default())
 }
 

@@ -1,23 +1,21 @@
 //! Water as moving particles: tank, scheme, coupling, and the fluid where it begins.
 
-use sazanami_dem::{Body, Setup};
+use sazanami_dem::{Body, Engine, Motion, Setup};
 use sazanami_mps::filling;
 use sazanami_mps::grains::{AddedMass, Coupling, DragParameters, Forchheimer, GrainPhase};
 use sazanami_mps::pouring;
 use sazanami_mps::pressure::Tolerance;
 use sazanami_mps::scheme::{Fluid, Scheme};
-use sazanami_mps::solver::{FluidParticle, Settings};
+use sazanami_mps::solver::{FluidParticle, Settings, SetupError, Solver};
 use sazanami_mps::stability::StepLimits;
-use sazanami_numerics::domain::{Domain, LayoutError};
+use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::{Region, RegionFractions, Shape};
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
-use sazanami_parallel::{Communicator, Reduction, for_each_chunk};
+use sazanami_parallel::{Reduction, for_each_chunk};
 
 use super::{fluid, grains};
-use crate::case::meaning::{
-    BoundarySide, BoxDomain, Case, FluidName, Gate, GrainShape, InitialVelocity, LiquidRegion, Population,
-};
+use crate::case::meaning::{BoxDomain, Case, FluidName, Gate, GrainShape, InitialVelocity, LiquidRegion, Population};
 
 /// Cells of the division into ranks, over the radius of influence.
 const CELL: Real = 0.56;
@@ -27,7 +25,7 @@ const GRAIN_WAY: Real = 0.6;
 /// level bed of grains in disorder keeps within 0.2, a heap or column goes beyond 0.4.
 const UNEVEN: Real = 0.3;
 /// Part by which the water that is poured may miss what is asked for, before it is poured place by place or warned of.
-pub(crate) const OFF: Real = 0.1;
+pub const OFF: Real = 0.1;
 /// Cells that a thread takes at a time.
 const ROWS: usize = 1024;
 /// Places in each direction at which the void fraction of a height is taken, over the smoothing radius.
@@ -42,14 +40,8 @@ pub(crate) fn grid(case: &Case) -> Grid {
     Grid::new(cells, case.domain.lower, case.domain.upper)
 }
 
-/// The tank divided among the ranks of a group.
-pub(crate) fn domain(case: &Case, communicator: Box<dyn Communicator>) -> Result<Domain, LayoutError> {
-    let periodic = case.boundary.map(|sides| sides[0] == BoundarySide::Periodic);
-    Domain::new(grid(case), periodic, communicator)
-}
-
 /// Settings of the fluid and the step.
-pub(crate) fn settings(case: &Case, level: Real) -> Settings {
+pub fn settings(case: &Case, level: Real) -> Settings {
     let p = case.moving_particles();
     let liquid = case.fluid.liquid;
     let middle = 0.5 * (case.domain.lower + case.domain.upper);
@@ -63,7 +55,7 @@ pub(crate) fn settings(case: &Case, level: Real) -> Settings {
 }
 
 /// Laws of the interaction of grains and fluid: drag, averaging, exchange.
-pub(crate) fn coupling(case: &Case) -> Coupling {
+pub fn coupling(case: &Case) -> Coupling {
     let overlap = &case.overlap;
     let liquid = case.fluid.liquid;
     Coupling {
@@ -84,7 +76,7 @@ pub(crate) fn coupling(case: &Case) -> Coupling {
 }
 
 /// Spheres as the engine knows them, whatever mesh they would have.
-pub(crate) fn bodies(case: &Case) -> Vec<Body> {
+pub fn bodies(case: &Case) -> Vec<Body> {
     let radius = |population: &Population| match population.shape {
         GrainShape::Sphere { diameter, .. } => 0.5 * diameter,
         _ => unreachable!("only spheres are accepted with the case"),
@@ -93,7 +85,7 @@ pub(crate) fn bodies(case: &Case) -> Vec<Body> {
 }
 
 /// Setup of the engine of the grains, with its ghost margin \[m] and moving walls.
-pub(crate) fn setup(case: &Case, shapes: &[Shape]) -> Setup {
+pub fn setup(case: &Case, shapes: &[Shape]) -> Setup {
     let particles = case.moving_particles();
     let largest = case.grains.iter().filter_map(|p| Some(p.shape.size()? * p.sizes().largest())).fold(0.0, Real::max);
     let cutoff = case.overlap.smoothing.max(particles.radius * particles.spacing);
@@ -110,8 +102,53 @@ pub(crate) fn setup(case: &Case, shapes: &[Shape]) -> Setup {
     setup
 }
 
+/// The grains of `engine` where they lie in the tank, with the fluid's room between them.
+#[must_use]
+pub fn grain_phase(case: &Case, domain: &Domain, engine: Engine) -> GrainPhase {
+    let mut grains = GrainPhase::new(domain, engine, coupling(case));
+    grains.place(domain, &case.tank());
+    grains
+}
+
+/// The solver of a case at its start, with the fluid that was poured over a bed whose highest point near the axis is at `bed_height` \[m].
+///
+/// # Errors
+/// [`SetupError`] if fluid, grains and tank do not fit.
+pub fn solver(
+    case: &Case,
+    domain: Domain,
+    fluid: &[FluidParticle],
+    grains: GrainPhase,
+    bed_height: Real,
+) -> Result<Solver, SetupError> {
+    Solver::new(domain, settings(case, level(case, bed_height)), case.tank(), fluid, grains)
+}
+
+/// Gives fluid and grains at rest the velocity that they have against a tank which begins with a speed.
+pub fn set_off(case: &Case, solver: &mut Solver) {
+    let velocity = initial_velocity(case);
+    if velocity == Vector::ZERO {
+        return;
+    }
+    solver.set_velocities(|particles, a| particles.velocity[a] + velocity);
+    let (engine, domain) = solver.engine_mut();
+    for g in 0..engine.grains().owned() {
+        if engine.grains().motion[g] != Motion::Free {
+            continue;
+        }
+        let (before, spin) = (engine.grains().velocity[g], engine.grains().angular_velocity(g));
+        engine.set_velocity(g, before + velocity, spin);
+    }
+    engine.refresh_ghosts(domain);
+}
+
+/// Velocity that fluid and grains at rest have in the frame of a tank that begins with a speed [m/s].
+fn initial_velocity(case: &Case) -> Vector {
+    if case.walls_move() { Vector::ZERO } else { -case.tank_at(0.0)[1] }
+}
+
 /// Highest level of liquid at the start \[m]; the floor without liquid.
-pub(crate) fn level(case: &Case, bed_height: Real) -> Real {
+pub fn level(case: &Case, bed_height: Real) -> Real {
     let tops = case.liquids.iter().filter(|liquid| liquid.fluid == FluidName::Liquid).map(|liquid| {
         let origin = fluid::origin_of(liquid, case.bed.axis, bed_height);
         (origin.z + liquid.region.heights()[1]).min(case.domain.upper.z)
@@ -120,15 +157,17 @@ pub(crate) fn level(case: &Case, bed_height: Real) -> Real {
 }
 
 /// Fluid particles of the liquid at the start, and how many its volume is.
-pub(crate) struct Poured {
+pub struct Poured {
+    /// The particles.
     pub particles: Vec<FluidParticle>,
+    /// Volume of the liquid in particles.
     pub asked: Real,
 }
 
 /// Fluid particles of the liquid at the start, between grains as many as their voids hold: in horizontal layers where grains
 /// lie level and layers hold each liquid to a tenth, else by the void fraction of every place. All ranks take part and have the same
 /// particles.
-pub(crate) fn fill(case: &Case, domain: &Domain, grains: &GrainPhase, bed_height: Real) -> Poured {
+pub fn fill(case: &Case, domain: &Domain, grains: &GrainPhase, bed_height: Real) -> Poured {
     let (lower, upper) = (case.domain.lower, case.domain.upper);
     let spacing = case.moving_particles().spacing;
     let extent = upper - lower;
@@ -402,7 +441,7 @@ mod tests {
         let text = text.replace("LEVEL", &level.to_string());
         let case = sazanami_case::parse(Path::new("c.toml"), &text, &[]).expect("the case is complete").case;
         let shapes: Vec<_> = case.grains.iter().map(|p| super::super::shapes::shape_of(p).expect("a sphere")).collect();
-        let domain = domain(&case, Box::<sazanami_parallel::Solo>::default()).expect("one rank");
+        let domain = super::super::shared::domain(&case, Box::<sazanami_parallel::Solo>::default()).expect("one rank");
         let engine = sazanami_dem::Engine::new(&domain, setup(&case, &shapes), &grains::placed(&case, &[None]));
         let mut phase = GrainPhase::new(&domain, engine.expect("sound grains"), coupling(&case));
         phase.place(&domain, &case.tank());

@@ -67,9 +67,11 @@ impl Schedule {
 /// Times on which a step has to end: those of series, fields, grains, pictures and checkpoints. Probes are read between
 /// the ends of steps and shorten none.
 #[derive(Clone, Debug)]
-pub(crate) struct StepEnds([Schedule; 5]);
+pub struct StepEnds([Schedule; 5]);
 
 impl StepEnds {
+    /// Those of a case.
+    #[must_use]
     pub fn of(case: &Case) -> Self {
         let output = &case.output;
         let by_time = |written: &meaning::Schedule| Schedule::new(written.every, written.at.clone());

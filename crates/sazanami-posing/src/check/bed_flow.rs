@@ -46,14 +46,14 @@ pub struct PredictedReport {
 
 impl BedReport {
     /// Settings that tell mound and ripples of this bed apart.
-    pub(crate) fn forms(&self) -> BedFormSettings {
+    pub fn forms(&self) -> BedFormSettings {
         BedFormSettings::under(self.grain_size_m, self.orbital_amplitude_m, self.mobile_m.clone())
     }
 }
 
 /// The flow over the bed of a tank that swings along x1: between end walls that of small waves of any length, in a periodic tank water
 /// that stays behind, or water that a force drives to and fro. `None` without grains or without such a motion.
-pub(crate) fn bed_flow(case: &Case) -> Option<BedReport> {
+pub fn bed_flow(case: &Case) -> Option<BedReport> {
     let (amplitude, frequency) = swing_of_water(case)?;
     let amplitude = amplitude.x.abs();
     let population = case.grains.first()?;

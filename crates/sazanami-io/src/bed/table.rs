@@ -17,11 +17,11 @@ use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use sazanami_io::input;
-use sazanami_io::table::{fields, unquoted};
 use sazanami_numerics::{Quaternion, Real, Vector};
 
 use super::{Bed, BedFileError, BedGrain, Recipe};
+use crate::input;
+use crate::table::{fields, unquoted};
 
 const COLUMNS: [&str; 10] = ["shape", "size_factor", "x1_m", "x2_m", "x3_m", "q_w", "q_x", "q_y", "q_z", "held"];
 const LOWER: &str = "lower_m";

@@ -1,9 +1,10 @@
-//! Bed files before a run: those that grains are read from, and the one that the run will write.
+//! Bed files that grains are read from.
 
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use crate::bed_file::Bed;
+use sazanami_io::bed::Bed;
+
 use crate::case::meaning::{BedFile, GrainPlacement};
 use crate::case::{Diagnostics, LoadedCase};
 
@@ -127,34 +128,6 @@ fn count_agrees(loaded: &LoadedCase, population: usize, found: usize, report: &m
             .label("the bed file gives the number by itself")
             .help("leave out `count`, or name another bed file");
     }
-}
-
-/// The bed file of the run has to be writable before hours are spent on the bed.
-pub(super) fn can_be_written(loaded: &LoadedCase, report: &mut Diagnostics) {
-    let Some(path) = &loaded.case.output.bed else { return };
-    let span = loaded.places.at("output.bed");
-    let folder = match path.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
-    };
-    let title = format!("the bed cannot be written to `{}`", path.display());
-    if path.is_dir() {
-        report.error(span, title).label("this is a folder").help("add the name of a file, for example `made.bed`");
-    } else if !folder.is_dir() {
-        report
-            .error(span, title)
-            .label(format!("there is no folder `{}`", folder.display()))
-            .help("make the folder first, or name another");
-    } else if let Err(error) = try_to_write(folder) {
-        report.error(span, title).label(error.to_string()).help("name a file in a folder that can be written to");
-    }
-}
-
-/// Writes a file of no content into `folder`, and removes it.
-fn try_to_write(folder: &Path) -> std::io::Result<()> {
-    let trial: PathBuf = folder.join(format!(".sazanami-write-test-{}", std::process::id()));
-    std::fs::File::create(&trial)?;
-    std::fs::remove_file(&trial)
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Amounts for people: in the unit that leaves few digits, to four significant ones. The units can be read back.
+//! Amounts for people: in the unit that leaves few digits, to four significant ones. Units, but those of long times, can be read back.
 
 use sazanami_numerics::Real;
 
@@ -37,10 +37,36 @@ pub(crate) fn momentum(kilogram_metres: Real) -> String {
     shown(kilogram_metres, &[(0.0, 1e-5, "g cm/s"), (1e-2, 1.0, "kg m/s")])
 }
 
+/// A length of time for people: `42 s`, `3 min 20 s`, `5 h 10 min`.
+#[must_use]
+pub fn duration(seconds: Real) -> String {
+    if seconds < 10.0 {
+        return format!("{seconds:.1} s");
+    }
+    let whole = seconds.round();
+    if whole < 120.0 {
+        format!("{whole:.0} s")
+    } else if whole < 7200.0 {
+        format!("{:.0} min {:02.0} s", (whole / 60.0).floor(), whole % 60.0)
+    } else if whole < 3.6e9 {
+        format!("{:.0} h {:02.0} min", (whole / 3600.0).floor(), ((whole % 3600.0) / 60.0).floor())
+    } else {
+        format!("{:.1e} h", whole / 3600.0)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::case::units::parse_quantity;
+
+    #[test]
+    fn durations_read_well() {
+        assert_eq!(duration(4.25), "4.2 s");
+        assert_eq!(duration(42.4), "42 s");
+        assert_eq!(duration(200.0), "3 min 20 s");
+        assert_eq!(duration(18_650.0), "5 h 10 min");
+    }
 
     #[test]
     fn units_leave_few_digits_and_can_be_read_back() {

@@ -2,6 +2,6 @@
 
 pub mod fluid;
 pub mod grains;
-pub(crate) mod particles;
+pub mod particles;
 pub mod shapes;
-pub(crate) mod shared;
+pub mod shared;

@@ -8,11 +8,10 @@ use sazanami_numerics::Real;
 
 use super::substeps::longest_substep;
 use super::{BedReport, CheckReport, ImpactReport, RanksReport, SubstepCause, TankReport, bytes, number};
-use crate::amounts::{self, length};
+use crate::amounts::{self, duration, length};
 use crate::assembly::grains::wet_interactions;
 use crate::case::meaning::{Case, Exchange, GrainPlacement, RunEnd, SIDE_NAMES, Substeps};
 use crate::case::units::rounded;
-use crate::progress::duration;
 
 /// Times below this are not told one by one \[s].
 const SHORT: Real = 0.05;

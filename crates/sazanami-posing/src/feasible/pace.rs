@@ -16,7 +16,7 @@ use crate::check::{
     impact_errors, longest_substep, number, packing_substeps, population_reports, speeds, stiffest_contact, stiffness,
     strongest_force, substep_cause, tank,
 };
-use crate::clock::{SWING, fixed_step, longest_in_swing};
+use crate::steps::{SWING, fixed_step, longest_in_swing};
 
 /// Speed of sound in water [m/s]: no liquid is as good as incompressible that moves faster.
 const SOUND: Real = 1500.0;

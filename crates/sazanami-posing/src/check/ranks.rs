@@ -1,5 +1,6 @@
 //! Division of a case among ranks: balance, memory and time of each of them.
 
+use sazanami_io::bed::Bed;
 use sazanami_numerics::domain::Decomposition;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::linear::{Levels, levels};
@@ -8,7 +9,6 @@ use serde::Serialize;
 
 use super::{CheckReport, CostModel};
 use crate::assembly::{grains, shared};
-use crate::bed_file::Bed;
 use crate::case::meaning::{Case, GrainPlacement, Solver};
 
 /// Division of a case among ranks.

@@ -5,13 +5,13 @@ mod feasibility;
 
 use std::path::{Path, PathBuf};
 
-use sazanami::case::meaning::{
+use sazanami_dem::TangentialForce;
+use sazanami_posing::case::meaning::{
     BoundarySide, Case, ContactLaw, Damping, Exchange, GrainPlacement, GrainShape, Placement, Preset, PressureForm,
     Region, Step, Substeps, ViscosityScheme,
 };
-use sazanami::case::resolved::{self, Paths};
-use sazanami::case::{self, CaseError, LoadedCase};
-use sazanami_dem::TangentialForce;
+use sazanami_posing::case::resolved::{self, Paths};
+use sazanami_posing::case::{self, CaseError, LoadedCase};
 
 fn cases() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases")
@@ -288,7 +288,7 @@ fn placements_and_shapes_are_read() {
 
 #[test]
 fn texts_about_keys_have_no_links_of_the_code() {
-    let page = sazanami::case::reference::page();
+    let page = sazanami_posing::case::reference::page();
     assert!(!page.contains("[`RESOLVED`]") && !page.contains("[`Self"), "links of rustdoc in the reference");
     let links =
         page.match_indices("[`").filter(|(at, _)| !page[*at..].split(']').nth(1).is_some_and(|t| t.starts_with('(')));

@@ -19,8 +19,8 @@ use crate::case::meaning::{
     BoundarySide, BoxDomain, CarryingFlow, Case, GrainPlacement, LiquidRegion, Particles, Peak, Placement, Population,
     Region, Solver, Step, Substeps, TankMotion, ViscosityScheme,
 };
-use crate::clock::{Clock, OUTPUT, STEPS_OF_SWING, SWING, longest_in_swing};
 use crate::schedule::StepEnds;
+use crate::steps::{OUTPUT, STEPS_OF_SWING, SWING, longest_in_swing, towards};
 
 /// Source of a speed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -94,7 +94,7 @@ impl Pace {
         limits.retain(|limit| !limit.dt_s.is_nan() && limit.dt_s != Real::INFINITY);
         let stable = limits.iter().map(|limit| limit.dt_s).reduce(Real::min).unwrap_or(case.run.until);
         let ends = StepEnds::of(case);
-        let first = Clock::new(None).next_step(stable, ends.next_after(0.0));
+        let first = ends.next_after(0.0).map_or(stable, |due| towards(due, stable));
         if fixed.is_none() && first < stable {
             limits.push(limit(OUTPUT, first, "steps end where outputs and checkpoints are due"));
         }

@@ -3,13 +3,13 @@
 use std::f64::consts::PI;
 
 use sazanami_dem::{
-    Body, Bridge, Film, Grain, Interactions, Lattice, LinearSpringDashpot, Motion, PackingSettings, Random, Setup,
-    Softness, Substeps, TILT, Wall,
+    Body, Bridge, Engine, Film, Grain, Interactions, Lattice, LinearSpringDashpot, Motion, PackingSettings, Random,
+    Setup, Softness, Substeps, TILT, Wall,
 };
+use sazanami_io::bed::Bed;
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::{Quaternion, Real, Vector};
 
-use crate::bed_file::Bed;
 use crate::case::meaning::{
     BoundarySide, Case, FilmRoughness, Fraction, Gate, GrainPlacement, Packing, PackingStop, Population, Sieve,
     SizeDistribution, Solver, WALL, WallContact,
@@ -49,7 +49,7 @@ fn bridge(case: &Case) -> Option<Bridge> {
 }
 
 /// Contact laws of all pairs of materials, walls included.
-pub(crate) fn interactions(case: &Case) -> Interactions {
+pub fn interactions(case: &Case) -> Interactions {
     let count = case.materials.len();
     let names: Vec<&str> = case.materials.iter().map(|material| material.name.as_str()).collect();
     // All laws are of one model; what no pair says is not met.
@@ -103,18 +103,32 @@ pub fn setup(case: &Case, shapes: &[Shape]) -> Setup {
     }
 }
 
+/// The engine, told whether grains are fed in, and through which sides they leave a box that stands still: those that are open and hold
+/// none back.
+#[must_use]
+pub fn expecting(case: &Case, mut engine: Engine) -> Engine {
+    if case.feeds() {
+        engine.expect_arrivals();
+    }
+    let opens = |d: usize, upper: usize| {
+        case.boundary[d][upper].is_open() && !case.holds_grains(d, upper) && !case.walls_move()
+    };
+    engine.let_leave([0, 1, 2].map(|d| [0, 1].map(|upper| opens(d, upper))));
+    engine
+}
+
 /// Identifier of a grain by the number of its population and its own.
-pub(crate) fn identifier(population: usize, index: usize) -> u64 {
+pub fn identifier(population: usize, index: usize) -> u64 {
     population as u64 * IDENTIFIERS + index as u64
 }
 
 /// Number of the population and number within it of a grain.
-pub(crate) fn population_of(id: u64) -> (usize, u64) {
+pub fn population_of(id: u64) -> (usize, u64) {
     ((id / IDENTIFIERS) as usize, id % IDENTIFIERS)
 }
 
 /// A grain of a population, its place still to be found.
-pub(crate) fn member(case: &Case, population: usize, index: usize, scale: Real) -> Grain {
+pub fn member(case: &Case, population: usize, index: usize, scale: Real) -> Grain {
     let kind = &case.grains[population];
     let density = case.material(&kind.material).map_or(0.0, |material| material.density);
     Grain {
@@ -135,7 +149,7 @@ fn motion(case: &Case, population: &Population, motion: Motion) -> Motion {
 }
 
 /// Draws the size factors of a population.
-pub(crate) fn factors(population: &Population, count: usize) -> Vec<Real> {
+pub fn factors(population: &Population, count: usize) -> Vec<Real> {
     let mut random = Random::new(population.seed ^ 0x5eed_0f51_2e50_0000);
     let sizes = population.sizes();
     let mut draw = |n: usize| match &*sizes {
@@ -235,7 +249,7 @@ pub fn placed(case: &Case, beds: &[Option<Bed>]) -> Vec<Grain> {
 
 /// What becomes of a grain of the population number `shape`, `body` times `scale`, once it is packed: nothing where it reaches above the
 /// level of its population or into a gate, else whether it is glued to the floor.
-pub(crate) fn after_packing(
+pub fn after_packing(
     case: &Case,
     body: &Body,
     shape: u32,
@@ -256,7 +270,7 @@ pub(crate) fn after_packing(
 }
 
 /// Grains that are to be packed, with the settings; `None` if none are.
-pub(crate) fn to_pack(case: &Case) -> Option<(PackingSettings, Vec<Grain>)> {
+pub fn to_pack(case: &Case) -> Option<(PackingSettings, Vec<Grain>)> {
     let mut packing = None;
     let mut grains = Vec::new();
     for (number, population) in case.grains.iter().enumerate() {

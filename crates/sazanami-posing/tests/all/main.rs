@@ -1,0 +1,4 @@
+//! Case files and what is refused, warned of and predicted before they run.
+
+mod absurd_cases;
+mod case_files;
