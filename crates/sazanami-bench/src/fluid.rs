@@ -8,7 +8,7 @@ use sazanami_numerics::linear::{ConjugateGradient, FaceEquation, Solution, Stop}
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::Solo;
 use sazanami_posing::assembly::{fluid, grains, shared};
-use sazanami_posing::case::meaning::{Case, Placement, Step};
+use sazanami_posing::case::meaning::{Case, Placement, StepChoice};
 
 use crate::beds;
 use crate::machine::floor_of_bytes;
@@ -173,7 +173,7 @@ fn drop_alone() -> Result<(Case, Solver), String> {
     let drop = case.liquids.first_mut().ok_or("the paper's case has no drop")?;
     drop.placement = Placement::Absolute(centre);
     drop.velocity = Vector::new(0.0, 0.0, -SPEED);
-    case.fluid.step = Step::Adaptive { longest: STEP, first: STEP, growth: 1.2 };
+    case.fluid.step = StepChoice::Adaptive { longest: STEP, first: STEP, growth: 1.2 };
     let domain = shared::domain(&case, Box::<Solo>::default()).map_err(|error| error.to_string())?;
     let engine = Engine::new(&domain, grains::setup(&case, &[]), &[]).map_err(|error| error.to_string())?;
     let boundary = fluid::boundary(&case).map_err(|error| error.to_string())?;

@@ -6,7 +6,7 @@ use sazanami_mps::filling;
 use sazanami_mps::grains::{AddedMass, Coupling, DragExchange, DragParameters, GrainPhase, Lift};
 use sazanami_mps::pressure::Tolerance;
 use sazanami_mps::scheme::{Fluid, Scheme};
-use sazanami_mps::solver::{FluidParticle, Forcing, Phase, Settings, Solver, StepReport};
+use sazanami_mps::solver::{FluidParticle, Forcing, ParticleSettings, Phase, Solver, StepReport};
 use sazanami_mps::stability::StepLimits;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
@@ -60,8 +60,8 @@ fn domain(tank: &Tank, scheme: &Scheme) -> Domain {
     Domain::solo(Grid::new(cells, tank.lower, tank.upper), periodic)
 }
 
-fn settings(level: Real) -> Settings {
-    Settings {
+fn settings(level: Real) -> ParticleSettings {
+    ParticleSettings {
         fluid: Fluid { density: 1000.0, viscosity: 1e-6, spacing: SPACING },
         scheme: Scheme::default(),
         limits: StepLimits::default(),

@@ -448,9 +448,9 @@ impl Key {
         };
         quote! {
             let #field = match { let within = #within; #table.value::<#leaf>(#name, within, cx) } {
-                crate::value::Found::Value(value) => #value,
-                crate::value::Found::Absent => #absent,
-                crate::value::Found::Wrong => #wrong,
+                crate::value::Given::Value(value) => #value,
+                crate::value::Given::Absent => #absent,
+                crate::value::Given::Wrong => #wrong,
             };
         }
     }

@@ -14,7 +14,7 @@ use crate::presets::{Paper, Preset};
 use crate::removed;
 use crate::suggest::nearest;
 use crate::units::rounded_within;
-use crate::value::{Found, Range1, Value};
+use crate::value::{Given, Range1, Value};
 
 /// Places of the keys of a case: byte ranges in its [`Source`](crate::Source), by paths such as
 /// `grains.0.shape.sphere.diameter`.
@@ -237,13 +237,13 @@ impl<'t> Table<'t> {
     }
 
     /// Reads a key; `within` is its range, if it depends on the case.
-    pub fn value<T: Value>(&self, name: &str, within: Option<Range1>, cx: &mut Context<'_>) -> Found<T> {
+    pub fn value<T: Value>(&self, name: &str, within: Option<Range1>, cx: &mut Context<'_>) -> Given<T> {
         if !self.has(name) {
-            return Found::Absent;
+            return Given::Absent;
         }
         let at = self.child(name, cx);
-        let Some(key) = self.key(name) else { return Found::Absent };
-        T::read(&at, key, within.unwrap_or(key.range), cx).map_or(Found::Wrong, Found::Value)
+        let Some(key) = self.key(name) else { return Given::Absent };
+        T::read(&at, key, within.unwrap_or(key.range), cx).map_or(Given::Wrong, Given::Value)
     }
 
     /// Says that the default of a key that is not given lies outside the range that it has in this case.

@@ -43,7 +43,7 @@ pub trait Value: Sized {
 
 /// A value of a key: given, left out, or wrong.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Found<T> {
+pub enum Given<T> {
     /// The case gives it.
     Value(T),
     /// The case leaves it out.

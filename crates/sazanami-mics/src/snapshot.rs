@@ -16,7 +16,7 @@ use crate::boundary::Boundary;
 use crate::flow::Flow;
 use crate::grains::{Coupling, GrainPhase};
 use crate::pressure::Projection;
-use crate::solver::{Settings, Solver};
+use crate::solver::{GridSettings, Solver};
 use crate::surface_tension::SurfaceTension;
 
 const VOLUME_FRACTION: &str = "fluid/volume_fraction";
@@ -109,7 +109,7 @@ impl Solver {
     pub fn restore(
         domain: Domain,
         boundary: Boundary,
-        settings: Settings,
+        settings: GridSettings,
         mut flow: Flow,
         engine: Engine,
         shapes: Arc<[Shape]>,

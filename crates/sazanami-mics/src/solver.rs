@@ -20,7 +20,7 @@ use crate::grains::{Coupling, GrainPhase, ImprintReport};
 use crate::momentum::{Impulses, StoredMomentum};
 use crate::outside::place_on_side;
 use crate::pressure::{PressureError, PressureReport, PressureSide, Projection, Tolerance};
-use crate::stability::{Rates, Step, StepLimits};
+use crate::stability::{Rates, StableStep, StepLimits};
 use crate::surface_tension::SurfaceTension;
 use crate::transport::TransportReport;
 use crate::viscosity::{DiffusionReport, ViscosityError};
@@ -81,7 +81,7 @@ pub struct StepReport {
 
 /// Physical and numerical settings of the step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
+pub struct GridSettings {
     /// Gravity [m/s^2].
     pub gravity: Vector,
     /// Limits on the time step.
@@ -110,7 +110,7 @@ pub enum Phase {
 pub struct Solver {
     pub(crate) domain: Domain,
     pub(crate) boundary: Boundary,
-    pub(crate) settings: Settings,
+    pub(crate) settings: GridSettings,
     pub(crate) flow: Flow,
     pub(crate) projection: Projection,
     pub(crate) grains: GrainPhase,
@@ -138,7 +138,7 @@ impl Solver {
     pub fn new(
         domain: Domain,
         boundary: Boundary,
-        settings: Settings,
+        settings: GridSettings,
         mut flow: Flow,
         engine: Engine,
         shapes: Arc<[Shape]>,
@@ -170,7 +170,7 @@ impl Solver {
     pub(crate) fn assembled(
         domain: Domain,
         boundary: Boundary,
-        settings: Settings,
+        settings: GridSettings,
         flow: Flow,
         projection: Projection,
         mut grains: GrainPhase,
@@ -223,7 +223,7 @@ impl Solver {
 
     /// The longest stable next step, the limit that sets it, and the number of fluid passes in it.
     #[must_use]
-    pub fn stable_step(&self) -> Step {
+    pub fn stable_step(&self) -> StableStep {
         let [grain_motion, grain_turn] = self.grains.motion_rates(&self.domain);
         let rates = Rates {
             advective: self.flow.advective_rate(&self.domain),
@@ -238,7 +238,7 @@ impl Solver {
 
     /// The longest stable next step of [`Self::carry`]: that of the flow when it is fastest, at time zero.
     #[must_use]
-    pub fn stable_step_carried(&mut self, carrying: &CarryingFlow) -> Step {
+    pub fn stable_step_carried(&mut self, carrying: &CarryingFlow) -> StableStep {
         let known = self.carried.filter(|(known, _)| known == carrying);
         let (_, advective) = *self.carried.insert(known.unwrap_or_else(|| (*carrying, carrying.rate(&self.domain))));
         self.settings.limits.choose(&Rates { advective, ..Rates::default() }, self.previous_step)
@@ -261,7 +261,7 @@ impl Solver {
     pub fn carry(
         &mut self,
         carrying: &CarryingFlow,
-        step: Step,
+        step: StableStep,
         time: Real,
         dt: Real,
     ) -> Result<StepReport, StepError> {
@@ -392,7 +392,7 @@ impl Solver {
 
     /// Physical and numerical settings.
     #[must_use]
-    pub fn settings(&self) -> &Settings {
+    pub fn settings(&self) -> &GridSettings {
         &self.settings
     }
 

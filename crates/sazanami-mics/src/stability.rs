@@ -107,14 +107,14 @@ impl StepLimits {
 
     /// The next time step; `previous` is the length of the one before \[s].
     #[must_use]
-    pub fn choose(&self, rates: &Rates, previous: Option<Real>) -> Step {
+    pub fn choose(&self, rates: &Rates, previous: Option<Real>) -> StableStep {
         if let Some(dt) = self.fixed {
-            return Step { dt, limit: Limit::Fixed, fluid_passes: self.passes(rates, dt) };
+            return StableStep { dt, limit: Limit::Fixed, fluid_passes: self.passes(rates, dt) };
         }
         let growth = (previous.map_or(Real::INFINITY, |dt| self.growth * dt), Limit::Growth);
         let candidates = [(self.longest, Limit::Maximum), growth].into_iter().chain(self.bounds(rates));
         let (dt, limit) = candidates.fold((self.longest, Limit::Maximum), |a, b| if b.0 < a.0 { b } else { a });
-        Step { dt, limit, fluid_passes: 1 }
+        StableStep { dt, limit, fluid_passes: 1 }
     }
 
     /// Passes of the fluid phase in a step of `dt` \[s] so that each keeps to the Courant limit.
@@ -128,7 +128,7 @@ impl StepLimits {
 
 /// A time step and the limit that set it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Step {
+pub struct StableStep {
     /// Length \[s].
     pub dt: Real,
     /// The limit that set the length.
@@ -153,7 +153,7 @@ mod tests {
         let grains = Rates { grain_motion: 1e6, ..rates };
         assert_eq!(limits.choose(&grains, None).limit, Limit::GrainMotion);
         let wavy = Rates { capillary: 1e7, ..rates };
-        assert_eq!(limits.choose(&wavy, None), Step { dt: 1e-7, limit: Limit::Capillary, fluid_passes: 1 });
+        assert_eq!(limits.choose(&wavy, None), StableStep { dt: 1e-7, limit: Limit::Capillary, fluid_passes: 1 });
         assert_eq!(StepLimits::always(1e-5).choose(&wavy, None).fluid_passes, 100);
         let turning = Rates { grain_turn: 1e6, ..rates };
         assert_eq!(limits.choose(&turning, None).limit, Limit::GrainTurn);

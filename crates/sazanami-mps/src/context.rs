@@ -8,7 +8,7 @@ use crate::ghosts::{Ghosts, Periods};
 use crate::neighbours::ROWS;
 use crate::particles::Kind;
 use crate::scheme::Kernel;
-use crate::settings::{Forcing, Settings};
+use crate::settings::{Forcing, ParticleSettings};
 use crate::surface_test::SurfaceTest;
 
 /// The constants of a step.
@@ -16,7 +16,7 @@ use crate::surface_test::SurfaceTest;
 pub(crate) struct Context<'a> {
     pub domain: &'a Domain,
     pub periods: &'a Periods,
-    pub settings: &'a Settings,
+    pub settings: &'a ParticleSettings,
     pub kernel: &'a Kernel,
     /// `None` in a closed box that is full.
     pub surface: Option<SurfaceTest>,

@@ -22,7 +22,7 @@ impl Default for Tolerance {
 
 /// Properties and numerical parameters of the fluid.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
+pub struct ParticleSettings {
     /// Fluid properties and particle spacing.
     pub fluid: Fluid,
     /// Scheme and its parameters.

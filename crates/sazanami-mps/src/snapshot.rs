@@ -11,7 +11,7 @@ use crate::boundary::Tank;
 use crate::grains::GrainPhase;
 use crate::particles::ParticleRecord;
 use crate::scheme::Turbulence;
-use crate::solver::{Settings, SetupError, Solver};
+use crate::solver::{ParticleSettings, SetupError, Solver};
 
 const ID: &str = "fluid/id";
 const FLAGS: &str = "fluid/flags";
@@ -79,7 +79,7 @@ impl Solver {
     /// [`RestoreError`] if the snapshot belongs to another problem.
     pub fn restore(
         domain: Domain,
-        settings: Settings,
+        settings: ParticleSettings,
         tank: Tank,
         grains: GrainPhase,
         snapshot: &Snapshot,
@@ -100,7 +100,7 @@ impl Solver {
             .collect();
         // The reduced pressures refer to this point.
         let reference = snapshot.reals_of(REFERENCE, 3)?;
-        let settings = Settings { reference: Vector::from_slice(reference), ..settings };
+        let settings = ParticleSettings { reference: Vector::from_slice(reference), ..settings };
         // Older snapshots have no such section.
         let tank = match snapshot.reals_of(WALLS, 6) {
             Ok(walls) => Tank {

@@ -21,7 +21,7 @@ use crate::particles::{Kind, Particles, Role};
 use crate::pressure::PressureEquation;
 pub use crate::report::{EnergyChanges, Phase, StepReport};
 use crate::scheme::{Fluid, Kernel, ParticleProjection};
-pub use crate::settings::{Forcing, Settings};
+pub use crate::settings::{Forcing, ParticleSettings};
 use crate::stabilisation::Stabiliser;
 use crate::stability::{Rates, StableStep};
 use crate::surface_test::SurfaceTest;
@@ -59,7 +59,7 @@ struct PublishedColumns {
 pub struct Solver {
     pub(crate) domain: Domain,
     periods: Periods,
-    settings: Settings,
+    settings: ParticleSettings,
     tank: Tank,
     kernel: Kernel,
     /// `None` in a closed box that is full.
@@ -313,7 +313,7 @@ impl Solver {
 
     /// Properties and numerical parameters of the fluid.
     #[must_use]
-    pub fn settings(&self) -> &Settings {
+    pub fn settings(&self) -> &ParticleSettings {
         &self.settings
     }
 

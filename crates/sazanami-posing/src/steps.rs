@@ -2,7 +2,7 @@
 
 use sazanami_numerics::Real;
 
-use crate::case::meaning::{Case, Solver, Step};
+use crate::case::meaning::{Case, Solver, StepChoice};
 
 /// A step ends on an output time when it comes this near to it, in parts of the step.
 pub const LANDING: Real = 1e-9;
@@ -28,8 +28,8 @@ pub fn longest_in_swing(case: &Case) -> Option<Real> {
 pub fn fixed_step(case: &Case) -> Option<Real> {
     match (case.solver, case.fluid.step) {
         (Solver::Mps, _) => case.particles.as_ref().and_then(|particles| particles.dt),
-        (Solver::Mics, Step::Fixed(dt)) => Some(dt),
-        (Solver::Mics, Step::Adaptive { .. }) => None,
+        (Solver::Mics, StepChoice::Fixed(dt)) => Some(dt),
+        (Solver::Mics, StepChoice::Adaptive { .. }) => None,
     }
 }
 

@@ -109,7 +109,7 @@ struct StepKeys {
 
 /// Choice of the time step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Step {
+pub enum StepChoice {
     /// The same length always \[s]; the fluid makes several passes where its limits ask for it.
     Fixed(Real),
     /// As long as the limits allow.
@@ -123,9 +123,9 @@ pub enum Step {
     },
 }
 
-read_by!(Step, StepKeys);
+read_by!(StepChoice, StepKeys);
 
-impl Step {
+impl StepChoice {
     /// The longest step \[s].
     #[must_use]
     pub fn longest(&self) -> Real {
@@ -151,24 +151,24 @@ impl StepKeys {
         }
     }
 
-    fn meaning(self, cx: &mut Context<'_>) -> Option<Step> {
+    fn meaning(self, cx: &mut Context<'_>) -> Option<StepChoice> {
         if let Some(dt) = self.dt {
-            return Some(Step::Fixed(dt));
+            return Some(StepChoice::Fixed(dt));
         }
         // Falling freely from rest for this long crosses a tenth of a cell.
         let fall = (0.2 * cx.known.domain.spacing().min_element() / cx.known.gravity.length()).sqrt();
         let longest = self.dt_max.unwrap_or(if fall.is_finite() { fall.min(LONGEST) } else { LONGEST });
-        Some(Step::Adaptive {
+        Some(StepChoice::Adaptive {
             longest,
             first: self.dt_first.unwrap_or(longest),
             growth: self.dt_growth.unwrap_or(LIMITS.growth),
         })
     }
 
-    fn of(step: &Step) -> Self {
+    fn of(step: &StepChoice) -> Self {
         match *step {
-            Step::Fixed(dt) => Self { dt: Some(dt), dt_max: None, dt_first: None, dt_growth: None },
-            Step::Adaptive { longest, first, growth } => {
+            StepChoice::Fixed(dt) => Self { dt: Some(dt), dt_max: None, dt_first: None, dt_growth: None },
+            StepChoice::Adaptive { longest, first, growth } => {
                 Self { dt: None, dt_max: Some(longest), dt_first: Some(first), dt_growth: Some(growth) }
             }
         }
@@ -192,7 +192,7 @@ pub struct FluidOptions {
     pub viscosity: ViscosityScheme,
     /// Time step.
     #[key(flatten)]
-    pub step: Step,
+    pub step: StepChoice,
     /// Largest sum over directions of the parts of a cell swept in a pass.
     #[key(range = Between(1e-3, 0.499), default = LIMITS.courant)]
     pub cfl: Real,

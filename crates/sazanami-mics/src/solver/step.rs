@@ -4,7 +4,7 @@ use sazanami_numerics::grid::Field;
 use sazanami_numerics::mean_flow::MeanFlow;
 use sazanami_numerics::{Real, Vector};
 
-use super::{Phase, Settings, Solver, StepError, StepReport};
+use super::{GridSettings, Phase, Solver, StepError, StepReport};
 use crate::acceleration::Acceleration;
 use crate::flow::Flow;
 use crate::grains::GrainPhase;
@@ -12,7 +12,7 @@ use crate::grains::room::Room;
 use crate::mobility::Closing;
 use crate::pass::Pass;
 use crate::pressure::Projection;
-use crate::stability::Step;
+use crate::stability::StableStep;
 use crate::surface_tension::WIDE;
 
 impl Solver {
@@ -20,7 +20,7 @@ impl Solver {
     ///
     /// # Errors
     /// [`StepError`] names what failed and where; the state is then not usable.
-    pub fn step(&mut self, step: Step, dt: Real, mut watch: impl FnMut(Phase)) -> Result<StepReport, StepError> {
+    pub fn step(&mut self, step: StableStep, dt: Real, mut watch: impl FnMut(Phase)) -> Result<StepReport, StepError> {
         let by_mass = self.mean_flow.filter(|flow| !flow.is_net());
         let gravity = self.settings.gravity + by_mass.map_or(Vector::ZERO, |flow| flow.acceleration());
         if let Some(net) = self.mean_flow.filter(MeanFlow::is_net) {
@@ -103,7 +103,7 @@ impl StepReport {
 /// State that a pass of the fluid changes.
 struct FluidPass<'a> {
     now: Pass<'a>,
-    settings: &'a Settings,
+    settings: &'a GridSettings,
     flow: &'a mut Flow,
     projection: &'a mut Projection,
     grains: &'a mut GrainPhase,

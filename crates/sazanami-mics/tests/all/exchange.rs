@@ -5,7 +5,7 @@ use sazanami_mics::boundary::{Boundary, Side};
 use sazanami_mics::flow::{Flow, Fluids, Schemes};
 use sazanami_mics::grains::{Coupling, Exchange};
 use sazanami_mics::pressure::Tolerance;
-use sazanami_mics::solver::{Settings, Solver};
+use sazanami_mics::solver::{GridSettings, Solver};
 use sazanami_mics::stability::StepLimits;
 use sazanami_mics::viscosity::ViscosityScheme;
 use sazanami_numerics::domain::Domain;
@@ -54,7 +54,7 @@ fn spheroid_in_a_vortex(viscosity: Real) -> Solver {
         ghost_margin: 2.0,
     };
     let engine = Engine::new(&domain, setup, &[grain]).expect("the case is sound");
-    let settings = Settings {
+    let settings = GridSettings {
         gravity: Vector::ZERO,
         limits: StepLimits::always(STEP),
         tolerance: Tolerance { divergence: 1e-12, ..Tolerance::default() },

@@ -6,7 +6,7 @@ use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
 use sazanami_mics::grains::{Coupling, Exchange};
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::snapshot::GRAINS;
-use sazanami_mics::solver::{Settings, Solver};
+use sazanami_mics::solver::{GridSettings, Solver};
 use sazanami_mics::stability::StepLimits;
 use sazanami_mics::viscosity::ViscosityScheme;
 use sazanami_numerics::domain::Domain;
@@ -70,7 +70,7 @@ impl Case {
             Some(snapshot) => Engine::restore(&domain, setup, GRAINS, snapshot).expect("grains"),
             None => Engine::new(&domain, setup, &self.grains).expect("grains"),
         };
-        let settings = Settings {
+        let settings = GridSettings {
             gravity: self.gravity,
             limits: StepLimits::up_to(self.longest),
             tolerance: Tolerance { divergence: self.divergence, max_iterations: 500 },

@@ -7,7 +7,7 @@ use sazanami_mics::boundary::{Boundary, Side};
 use sazanami_mics::flow::{Flow, Fluids, Schemes};
 use sazanami_mics::grains::Coupling;
 use sazanami_mics::pressure::Tolerance;
-use sazanami_mics::solver::{Settings, Solver};
+use sazanami_mics::solver::{GridSettings, Solver};
 use sazanami_mics::stability::StepLimits;
 use sazanami_mics::viscosity::ViscosityScheme;
 use sazanami_numerics::domain::Domain;
@@ -39,7 +39,7 @@ fn error(dt: Real, viscosity: ViscosityScheme, incremental: bool, jolts: bool) -
     let coupling = Coupling::default();
     let gravity = Vector::new(ALONG, 0.0, -0.1);
     let (limits, tolerance) = (StepLimits::always(dt), Tolerance { divergence: 1e-10, ..Tolerance::default() });
-    let settings = Settings { gravity, limits, tolerance, incremental };
+    let settings = GridSettings { gravity, limits, tolerance, incremental };
     let mut solver =
         Solver::new(domain, boundary, settings, flow, engine, Arc::from([]), coupling).expect("fluid at rest");
     // Twelve times h^2/(pi^2 nu).

@@ -10,7 +10,7 @@ use sazanami_mics::carrying::CarryingFlow;
 use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
 use sazanami_mics::grains::Coupling;
 use sazanami_mics::pressure::Tolerance;
-use sazanami_mics::solver::{Settings, Solver};
+use sazanami_mics::solver::{GridSettings, Solver};
 use sazanami_mics::stability::StepLimits;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
@@ -199,7 +199,7 @@ fn a_given_flow_carries_a_ball_and_brings_it_back() {
     let engine = Engine::new(&domain, setup, &[]).expect("an engine without grains");
     let coupling = Coupling::default();
     let (gravity, limits, tolerance) = (Vector::ZERO, StepLimits::up_to(1.0), Tolerance::default());
-    let settings = Settings { gravity, limits, tolerance, incremental: false };
+    let settings = GridSettings { gravity, limits, tolerance, incremental: false };
     let shapes = Arc::from([]);
     let mut solver = Solver::new(domain, boundary, settings, flow, engine, shapes, coupling).expect("fluid at rest");
     let vortex = CarryingFlow::ReversedVortex { speed: 1.0, period: 1.0 };

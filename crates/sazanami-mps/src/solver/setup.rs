@@ -14,7 +14,7 @@ use crate::grains::GrainPhase;
 use crate::particles::{Kind, ParticleRecord, Particles};
 use crate::pressure::PressureEquation;
 use crate::scheme::{CONJUGATE_RADIUS, Kernel, ParticleProjection};
-use crate::settings::Settings;
+use crate::settings::ParticleSettings;
 use crate::surface_test::SurfaceTest;
 use crate::walls::Walls;
 
@@ -25,7 +25,7 @@ impl Solver {
     /// [`SetupError`] if the box does not fit the particle spacing or the radius of influence.
     pub fn new(
         domain: Domain,
-        settings: Settings,
+        settings: ParticleSettings,
         tank: Tank,
         fluid: &[FluidParticle],
         grains: GrainPhase,
@@ -39,7 +39,7 @@ impl Solver {
     /// A solver from the state of fluid and walls; wall particles missing in `records` are created at rest.
     pub(crate) fn from_records(
         domain: Domain,
-        settings: Settings,
+        settings: ParticleSettings,
         tank: Tank,
         records: &[ParticleRecord],
         mut grains: GrainPhase,

@@ -6,7 +6,7 @@ use sazanami_mps::gates::Gate;
 use sazanami_mps::grains::{AddedMass, AddedMassForm, Coupling, DragExchange, DragParameters, GrainPhase, Lift};
 use sazanami_mps::pressure::Tolerance;
 use sazanami_mps::scheme::{Fluid, Scheme};
-use sazanami_mps::solver::{FluidParticle, Forcing, Settings, Solver};
+use sazanami_mps::solver::{FluidParticle, Forcing, ParticleSettings, Solver};
 use sazanami_mps::stability::StepLimits;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
@@ -53,7 +53,7 @@ fn tank(scheme: Scheme, length: usize, gate: Option<Gate>, (form, lift): (AddedM
         |n: usize| SPACING * Vector::new(at(n % length, 1.0), at(n / length % 8, 1.0), at(n / (8 * length), 1.0));
     let fluid: Vec<FluidParticle> =
         (0..length * 8 * 9).map(|n| FluidParticle { position: place(n), velocity: Vector::ZERO }).collect();
-    let settings = Settings {
+    let settings = ParticleSettings {
         fluid: Fluid { density: 1000.0, viscosity: 1e-6, spacing: SPACING },
         scheme,
         limits: StepLimits::default(),

@@ -6,7 +6,7 @@ use sazanami_mps::gates::Gate;
 use sazanami_mps::grains::{AddedMass, Coupling, DragExchange, DragParameters, GrainPhase, Lift};
 use sazanami_mps::pressure::Tolerance;
 use sazanami_mps::scheme::{Fluid, Scheme};
-use sazanami_mps::solver::{FluidParticle, Forcing, Settings, Solver};
+use sazanami_mps::solver::{FluidParticle, Forcing, ParticleSettings, Solver};
 use sazanami_mps::stability::StepLimits;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
@@ -78,9 +78,9 @@ impl Case {
         Domain::new(Grid::new(cells, Vector::ZERO, upper), periodic, communicator).expect("the box can be cut")
     }
 
-    pub fn settings(&self) -> Settings {
+    pub fn settings(&self) -> ParticleSettings {
         let height = self.fluid.iter().map(|p| p.position.z).fold(0.0, Real::max) + 0.5 * SPACING;
-        Settings {
+        ParticleSettings {
             fluid: Fluid { density: 1000.0, viscosity: self.viscosity, spacing: SPACING },
             scheme: self.scheme,
             limits: self.limits,

@@ -8,7 +8,7 @@ use sazanami_mics::advection::Convection;
 use sazanami_mics::boundary::{Boundary, BoundaryError};
 use sazanami_mics::flow::{Carrier, Flow, Fluids, Schemes};
 use sazanami_mics::pressure::Tolerance;
-use sazanami_mics::solver::{self, Settings, StepError};
+use sazanami_mics::solver::{self, GridSettings, StepError};
 use sazanami_mics::stability::StepLimits;
 use sazanami_mics::surface_tension::{Curvature, SurfaceTension, WIDE};
 use sazanami_numerics::domain::Domain;
@@ -17,7 +17,7 @@ use sazanami_numerics::mean_flow::MeanFlow;
 use sazanami_numerics::{Real, Vector};
 
 use crate::case::meaning::{
-    Case, Exchange, FluidName, LiquidRegion, Placement, Population, PressureForm, Solver, Step,
+    Case, Exchange, FluidName, LiquidRegion, Placement, Population, PressureForm, Solver, StepChoice,
 };
 
 /// The sides of the box, with gravity outside and the contact angles of its walls.
@@ -64,14 +64,14 @@ pub fn flow(case: &Case, domain: &Domain) -> Flow {
 }
 
 /// Settings of the fluid and the step.
-pub fn settings(case: &Case) -> Settings {
+pub fn settings(case: &Case) -> GridSettings {
     let limits = match case.fluid.step {
-        Step::Fixed(step) => StepLimits { courant: case.fluid.cfl, ..StepLimits::always(step) },
-        Step::Adaptive { longest, growth, .. } => {
+        StepChoice::Fixed(step) => StepLimits { courant: case.fluid.cfl, ..StepLimits::always(step) },
+        StepChoice::Adaptive { longest, growth, .. } => {
             StepLimits { courant: case.fluid.cfl, growth, ..StepLimits::up_to(longest) }
         }
     };
-    Settings {
+    GridSettings {
         gravity: case.force_by_mass([0.0; 2]),
         limits,
         tolerance: Tolerance {
@@ -129,8 +129,8 @@ pub fn surface_tension_coefficient(case: &Case) -> Option<Real> {
 /// First step of an adaptive run \[s].
 fn first_step(case: &Case) -> Option<Real> {
     match case.fluid.step {
-        Step::Adaptive { first, .. } => Some(first),
-        Step::Fixed(_) => None,
+        StepChoice::Adaptive { first, .. } => Some(first),
+        StepChoice::Fixed(_) => None,
     }
 }
 

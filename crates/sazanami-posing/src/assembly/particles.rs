@@ -6,7 +6,7 @@ use sazanami_mps::grains::{AddedMass, Coupling, DragParameters, Forchheimer, Gra
 use sazanami_mps::pouring;
 use sazanami_mps::pressure::Tolerance;
 use sazanami_mps::scheme::{Fluid, Scheme};
-use sazanami_mps::solver::{FluidParticle, Settings, SetupError, Solver};
+use sazanami_mps::solver::{FluidParticle, ParticleSettings, SetupError, Solver};
 use sazanami_mps::stability::StepLimits;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::{Region, RegionFractions, Shape};
@@ -41,11 +41,11 @@ pub(crate) fn grid(case: &Case) -> Grid {
 }
 
 /// Settings of the fluid and the step.
-pub fn settings(case: &Case, level: Real) -> Settings {
+pub fn settings(case: &Case, level: Real) -> ParticleSettings {
     let p = case.moving_particles();
     let liquid = case.fluid.liquid;
     let middle = 0.5 * (case.domain.lower + case.domain.upper);
-    Settings {
+    ParticleSettings {
         fluid: Fluid { density: liquid.density, viscosity: liquid.viscosity / liquid.density, spacing: p.spacing },
         scheme: Scheme { projection: p.projection, radius: p.radius, turbulence: p.turbulence, ..Scheme::default() },
         limits: StepLimits { courant: p.courant, longest: p.dt_max, fixed: p.dt },

@@ -17,7 +17,7 @@ use super::{LimitReport, PopulationReport, TankReport};
 use crate::assembly::{fluid, grains, particles};
 use crate::case::meaning::{
     BoundarySide, BoxDomain, CarryingFlow, Case, GrainPlacement, LiquidRegion, Particles, Peak, Placement, Population,
-    Region, Solver, Step, Substeps, TankMotion, ViscosityScheme,
+    Region, Solver, StepChoice, Substeps, TankMotion, ViscosityScheme,
 };
 use crate::schedule::StepEnds;
 use crate::steps::{OUTPUT, STEPS_OF_SWING, SWING, longest_in_swing, towards};
@@ -350,11 +350,11 @@ fn of_grid(
     let mut limits: Vec<LimitReport> =
         bounds.bounds(&rates).into_iter().map(|(dt, of)| limit(of.name(), dt, rule(of))).collect();
     match case.fluid.step {
-        Step::Fixed(dt) => {
+        StepChoice::Fixed(dt) => {
             limits.push(limit(GridLimit::Fixed.name(), dt, "the case asks for it"));
             (limits, Some(GridLimit::Fixed.name()))
         }
-        Step::Adaptive { longest, .. } => {
+        StepChoice::Adaptive { longest, .. } => {
             limits.push(limit(GridLimit::Maximum.name(), longest, "dt_max of the case"));
             (limits, None)
         }

@@ -9,7 +9,7 @@ use sazanami_mps::boundary::{Side, Tank, WallFriction};
 use sazanami_mps::grains::{AddedMass, Coupling, DragExchange, DragParameters, GrainPhase, Lift};
 use sazanami_mps::pressure::Tolerance;
 use sazanami_mps::scheme::{Fluid, Scheme};
-use sazanami_mps::solver::{FluidParticle, Forcing, Settings, SetupError, Solver, StepError};
+use sazanami_mps::solver::{FluidParticle, Forcing, ParticleSettings, SetupError, Solver, StepError};
 use sazanami_mps::stability::StepLimits;
 
 /// Density of the grains [kg/m^3].
@@ -144,7 +144,7 @@ impl Vessel {
     /// [`ExperimentError`] if box, fluid and grains do not fit.
     pub fn solver(&self) -> Result<Solver, ExperimentError> {
         let domain = self.domain();
-        let settings = Settings {
+        let settings = ParticleSettings {
             fluid: Fluid { density: DENSITY, viscosity: VISCOSITY, spacing: self.spacing },
             scheme: self.scheme,
             limits: StepLimits { longest: self.longest, ..StepLimits::default() },

@@ -52,7 +52,7 @@ pub(crate) use grain_files::NEVER;
 pub(crate) use mics::pictures::{Drawn, bed_surface, scene};
 pub(crate) use mics::{GridObserver, drops, erosion_settings};
 pub(crate) use mps::{ParticleObserver, closed, form_settings, forms_of, relief_of, surface_json, tank_of};
-pub(crate) use observer::{Observer, Step, Warning};
+pub(crate) use observer::{DoneStep, Observer, Warning};
 use observer::{Output, Row};
 pub(crate) use page::page;
 use probing::Reading;
@@ -296,7 +296,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
         water: &mut B::Water,
         clock: &Clock,
         before: Real,
-        step: &Step<'_, B::Water>,
+        step: &DoneStep<'_, B::Water>,
     ) -> Result<(), RankError> {
         self.reached = (clock.time(), clock.step());
         self.limiter = step.limit;
@@ -345,7 +345,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
         water: &mut B::Water,
         clock: &Clock,
         due: [bool; 4],
-        step: Option<&Step<'_, B::Water>>,
+        step: Option<&DoneStep<'_, B::Water>>,
     ) -> Result<(), RankError> {
         let [series, fields, grains, figures] = due;
         self.measure(water, clock.time());

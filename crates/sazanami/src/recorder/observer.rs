@@ -16,7 +16,7 @@ use crate::state::{Array, WaterState};
 use crate::water::Water;
 
 /// A step that was done.
-pub(crate) struct Step<'a, W: Water> {
+pub(crate) struct DoneStep<'a, W: Water> {
     /// Its length \[s].
     pub dt: Real,
     /// The limit that ruled it: that of the stable length, or the next output.
@@ -32,7 +32,7 @@ pub(crate) struct Row<'a, O: Observer> {
     /// Time and number of the step.
     pub clock: &'a Clock,
     /// The last step; absent before the first.
-    pub step: Option<&'a Step<'a, O::Water>>,
+    pub step: Option<&'a DoneStep<'a, O::Water>>,
     /// The grains, gathered on rank 0.
     pub grains: &'a GatheredGrains,
     /// Sums and extremes since the start.
@@ -95,7 +95,7 @@ pub(crate) trait Observer: Sized + 'static {
     fn begin(&mut self, job: &Job, grains: &mut GatheredGrains, water: &mut Self::Water) -> Result<(), RankError>;
 
     /// Adds a step to the budgets.
-    fn add(&mut self, step: &Step<'_, Self::Water>, totals: &mut Totals);
+    fn add(&mut self, step: &DoneStep<'_, Self::Water>, totals: &mut Totals);
 
     /// Measures everything at `time` \[s]; the grains were gathered before.
     fn measure(&mut self, grains: &mut GatheredGrains, water: &mut Self::Water, time: Real);

@@ -23,7 +23,7 @@ use crate::case::meaning::Solver;
 use crate::clock::Clock;
 use crate::job::{Ending, Job, RankError, RankFailure, Status};
 use crate::progress::StepLine;
-use crate::recorder::{GridObserver, Observer, ParticleObserver, Recorder, Step};
+use crate::recorder::{DoneStep, GridObserver, Observer, ParticleObserver, Recorder};
 use crate::state::Due;
 use crate::water::Water;
 
@@ -222,7 +222,7 @@ fn flow<B: Observer>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>)
         recorder.watch.turn(OUTPUT);
         clock = after;
         water.put(clock.time());
-        recorder.observe(&mut water, &clock, time, &Step { dt, limit, stable, report: &report })?;
+        recorder.observe(&mut water, &clock, time, &DoneStep { dt, limit, stable, report: &report })?;
         if shown.as_mut().is_some_and(|due| due.is_due(clock.step(), time, clock.time())) {
             recorder.show(&mut water, &clock);
         }

@@ -3,7 +3,7 @@
 use sazanami_dem::{ContactReport, DemError, Engine, Grain};
 use sazanami_mics::pressure::PressureError;
 use sazanami_mics::solver::{Phase, Solver, StepError, StepReport};
-use sazanami_mics::stability::Step;
+use sazanami_mics::stability::StableStep;
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::mean_flow::MeanFlowReport;
@@ -14,12 +14,12 @@ use crate::case::meaning::Case;
 use crate::naming::grain_kind;
 
 impl Water for Solver {
-    type Stable = Step;
+    type Stable = StableStep;
     type Report = StepReport;
 
     named_alike!();
 
-    fn stable_step(&mut self, case: &Case, _time: Real) -> Step {
+    fn stable_step(&mut self, case: &Case, _time: Real) -> StableStep {
         match &case.fluid.carrying_flow {
             Some(carrying) => self.stable_step_carried(carrying),
             None => Self::stable_step(self),
@@ -30,7 +30,7 @@ impl Water for Solver {
         &mut self,
         case: &Case,
         time: Real,
-        stable: Step,
+        stable: StableStep,
         dt: Real,
         mut watch: impl FnMut(&'static str),
     ) -> Result<StepReport, StepProblem> {

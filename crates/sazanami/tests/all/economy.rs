@@ -8,7 +8,7 @@ use sazanami_mics::boundary::Boundary;
 use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
 use sazanami_mics::grains::Coupling;
 use sazanami_mics::pressure::Tolerance;
-use sazanami_mics::solver::{Settings, Solver};
+use sazanami_mics::solver::{GridSettings, Solver};
 use sazanami_mics::stability::StepLimits;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::{ContactSphereRule, Shape, SpheroidMesh, VolumeRule};
@@ -64,7 +64,7 @@ fn solver() -> Solver {
         .collect();
     let engine = Engine::new(&domain, setup, &grains).expect("the case is sound");
     let coupling = Coupling { substeps: Substeps::Auto, ..Coupling::default() };
-    let settings = Settings {
+    let settings = GridSettings {
         gravity: Vector::new(3.0, 1.0, -30.0),
         limits: StepLimits::up_to(2e-5),
         tolerance: Tolerance { divergence: 1e-8, max_iterations: 300 },

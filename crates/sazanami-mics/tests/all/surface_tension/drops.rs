@@ -8,7 +8,7 @@ use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
 use sazanami_mics::grains::Coupling;
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::snapshot::GRAINS;
-use sazanami_mics::solver::{Settings, Solver};
+use sazanami_mics::solver::{GridSettings, Solver};
 use sazanami_mics::stability::StepLimits;
 use sazanami_mics::surface_tension::{Curvature, SurfaceTension};
 use sazanami_numerics::domain::Domain;
@@ -179,7 +179,7 @@ impl Case {
             region: [Vector::NEG_INFINITY, Vector::INFINITY],
             ghost_margin: 0.0,
         };
-        let settings = Settings {
+        let settings = GridSettings {
             gravity: Vector::ZERO,
             limits: StepLimits::up_to(1.0),
             tolerance: Tolerance { divergence: self.divergence, max_iterations: 500 },

@@ -12,7 +12,7 @@ use crate::momentum::FluidImpulses;
 use crate::particles::Role;
 use crate::pressure::Tolerance;
 use crate::scheme::{Fluid, Scheme};
-use crate::solver::{FluidParticle, Settings};
+use crate::solver::{FluidParticle, ParticleSettings};
 use crate::stability::StepLimits;
 
 const WALLS: [Side; 2] = [Side::Wall; 2];
@@ -49,7 +49,7 @@ fn posed_of(
     void: impl Fn(Vector) -> Real,
 ) -> Solver {
     let domain = Domain::solo(Grid::new([4, 4, 4], Vector::ZERO, upper), sides.map(|s| s[0] == Side::Periodic));
-    let settings = Settings {
+    let settings = ParticleSettings {
         fluid: Fluid { density: 2.0, viscosity: 0.01, spacing: 1.0 },
         scheme: Scheme::conjugate(radius),
         limits: StepLimits { longest: 0.05, ..StepLimits::default() },

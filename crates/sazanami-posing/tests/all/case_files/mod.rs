@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use sazanami_dem::TangentialForce;
 use sazanami_posing::case::meaning::{
     BoundarySide, Case, ContactLaw, Damping, Exchange, GrainPlacement, GrainShape, Placement, Preset, PressureForm,
-    Region, Step, Substeps, ViscosityScheme,
+    Region, StepChoice, Substeps, ViscosityScheme,
 };
 use sazanami_posing::case::resolved::{self, Paths};
 use sazanami_posing::case::{self, CaseError, LoadedCase};
@@ -97,7 +97,7 @@ fn values_mean_what_they_say() {
     assert_eq!(case.boundary[2][0], BoundarySide::NoSlip);
     assert_eq!(case.fluid.liquid.viscosity, 1.002e-3);
     assert_eq!(case.fluid.gas.viscosity, 1.2 * 1.5e-5);
-    assert_eq!(case.fluid.step, Step::Adaptive { longest: 1e-4, first: 1e-4, growth: 1.1 });
+    assert_eq!(case.fluid.step, StepChoice::Adaptive { longest: 1e-4, first: 1e-4, growth: 1.1 });
     assert_eq!(case.fluid.viscosity, ViscosityScheme::Explicit);
     assert_eq!(case.dem.substeps, Substeps::Fixed(40));
     assert_eq!(case.dem.grain_walls, [[false, false], [true, false], [true, false]]);
@@ -144,7 +144,7 @@ fn the_literal_preset_follows_the_letter() {
     let literal = case_of(&plain, &["preset=paper_literal"]);
     assert_eq!(literal.preset, Preset::PaperLiteral);
     assert_eq!(literal.coupling.exchange, Exchange::Stress);
-    assert_eq!(literal.fluid.step, Step::Fixed(1e-5));
+    assert_eq!(literal.fluid.step, StepChoice::Fixed(1e-5));
     assert_eq!(
         (literal.fluid.projection, literal.fluid.viscosity),
         (PressureForm::Incremental, ViscosityScheme::CrankNicolson)
@@ -158,7 +158,7 @@ fn the_literal_preset_follows_the_letter() {
         &["preset=paper_literal", "coupling.exchange=surface", "fluid.convection=consistent", "fluid.dt_max=1 ms"],
     );
     assert_eq!(mixed.coupling.exchange, Exchange::Surface);
-    assert!(matches!(mixed.fluid.step, Step::Adaptive { .. }));
+    assert!(matches!(mixed.fluid.step, StepChoice::Adaptive { .. }));
     let recommended = case_of(&plain, &[]);
     assert_eq!((recommended.coupling.exchange, recommended.grains[0].mass_override), (Exchange::Surface, None));
 }

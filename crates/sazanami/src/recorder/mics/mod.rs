@@ -20,7 +20,7 @@ use sazanami_observe::{BedView, Ground};
 
 use super::bed::GatheredGrains;
 use super::files::Files;
-use super::observer::{Observer, Output, SeriesCell, Step, SummaryParts, Warning};
+use super::observer::{DoneStep, Observer, Output, SeriesCell, SummaryParts, Warning};
 use crate::case::meaning::{Case, FluidName, LiquidRegion, ProbePlace};
 use crate::clock::Clock;
 use crate::job::{Job, RankError, RecordError, Totals};
@@ -189,7 +189,7 @@ impl Observer for GridObserver {
         Ok(())
     }
 
-    fn add(&mut self, step: &Step<'_, Solver>, totals: &mut Totals) {
+    fn add(&mut self, step: &DoneStep<'_, Solver>, totals: &mut Totals) {
         totals.add(step.report);
         self.add_to_budgets(step.report);
     }

@@ -22,7 +22,7 @@ use serde_json::{Map, json};
 use super::bed::GatheredGrains;
 use super::files::Files;
 use super::grain_files::OwnArray;
-use super::observer::{Observer, Output, SeriesCell, Step, SummaryParts, Warning};
+use super::observer::{DoneStep, Observer, Output, SeriesCell, SummaryParts, Warning};
 use crate::case::meaning::{self, Case, LayerReference, ProbePlace, TankMotion};
 use crate::check::{BedReport, bed_flow};
 use crate::clock::Clock;
@@ -44,7 +44,7 @@ pub(super) fn probe_page() -> String {
 
 /// Measured surfaces, forms and layers of the bed.
 #[derive(Clone, Debug)]
-pub(super) struct Found {
+pub(super) struct BedMeasures {
     /// Surface of the bed.
     pub bed: SurfaceProfile,
     /// Number of suspended grains.
@@ -113,7 +113,7 @@ pub(crate) struct ParticleObserver {
     rim: Option<Rim>,
     /// Largest speed of the water so far, and one that gravity in the box does not explain [m/s].
     speeds: [Real; 2],
-    found: Option<Found>,
+    found: Option<BedMeasures>,
     sums: TankSums,
     /// Budget of the fluid's momentum, in the frame of its places.
     momentum: FluidMomentumBudget,
@@ -134,7 +134,7 @@ impl ParticleObserver {
         let relief = relief_of(&case, &self.tank, &bed);
         let forms = forms_of(&case, &self.tank, &bed, forms);
         let layers = self.layer_means(&case, &bed);
-        self.found = Some(Found { bed, suspended, relief, forms, layers });
+        self.found = Some(BedMeasures { bed, suspended, relief, forms, layers });
     }
 
     fn layer_means(&self, case: &meaning::Ripples, surface: &SurfaceProfile) -> [LayerMeans; 2] {
@@ -251,7 +251,7 @@ impl Observer for ParticleObserver {
         Ok(())
     }
 
-    fn add(&mut self, &Step { dt, report, .. }: &Step<'_, Solver>, totals: &mut Totals) {
+    fn add(&mut self, &DoneStep { dt, report, .. }: &DoneStep<'_, Solver>, totals: &mut Totals) {
         totals.fluid_passes += 1;
         let worst = &mut totals.worst;
         worst.cfl = worst.cfl.max(report.largest_speed * dt / self.spacing);

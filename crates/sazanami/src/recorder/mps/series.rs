@@ -5,7 +5,7 @@ use sazanami_numerics::Real;
 use sazanami_observe::ripples::{CrestedRipples, LayerMeans, Mound};
 use serde_json::json;
 
-use super::{Found, ParticleObserver, TankSums};
+use super::{BedMeasures, ParticleObserver, TankSums};
 use crate::clock::Clock;
 use crate::columns::{Cell, Field, Quantity, cells, headings, quantities};
 use crate::job::RecordError;
@@ -17,7 +17,7 @@ use crate::results::{BED_PROFILES, LAYER_MEANS, WATER_PROFILES};
 type SeriesRow<'a> = Row<'a, ParticleObserver>;
 
 /// A measure of the bed; missing where there is none.
-fn of_bed<T: Into<Value>>(row: &SeriesRow<'_>, value: impl FnOnce(&Found) -> T) -> Value {
+fn of_bed<T: Into<Value>>(row: &SeriesRow<'_>, value: impl FnOnce(&BedMeasures) -> T) -> Value {
     row.observer.found.as_ref().map(value).into()
 }
 
