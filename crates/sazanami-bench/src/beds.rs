@@ -1,4 +1,5 @@
-//! The paper's case with its shipped bed, and beds of spheres made of tiles of a small periodic one.
+//! The paper's case with its shipped bed, and beds of spheres made of tiles of a small periodic one: no case file repeats what it packed, so
+//! that these are put together by hand.
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;

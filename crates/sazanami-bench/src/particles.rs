@@ -1,31 +1,35 @@
 //! Whole steps of moving particles: a wave tank over a bed of spheres, and a dam that breaks.
 
-use sazanami_dem::{Body, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
-use sazanami_mps::boundary::{Side, Tank, WallFriction};
-use sazanami_mps::filling;
-use sazanami_mps::grains::{AddedMass, Coupling, DragExchange, DragParameters, GrainPhase, Lift};
-use sazanami_mps::pressure::Tolerance;
-use sazanami_mps::scheme::{Fluid, Scheme};
-use sazanami_mps::solver::{FluidParticle, Forcing, ParticleSettings, Phase, Solver, StepReport};
-use sazanami_mps::stability::StepLimits;
-use sazanami_numerics::domain::Domain;
-use sazanami_numerics::grid::Grid;
+use std::path::Path;
+
+use sazanami_dem::{Engine, Grain};
+use sazanami_mps::solver::{Forcing, Phase, Solver, StepReport};
 use sazanami_numerics::{Real, Vector};
+use sazanami_parallel::Solo;
+use sazanami_posing::assembly::grains::member;
+use sazanami_posing::assembly::{particles, shared};
+use sazanami_posing::case::{self, Case, LoadedCase};
+use sazanami_posing::feasible;
 
 use crate::machine::floor_of_bytes;
 use crate::stopwatch::{Lap, Stopwatch};
 use crate::timing::Timing;
 
-/// Particle spacing, and diameter of the spheres \[m].
-const SPACING: Real = 1e-3;
 pub(crate) const GRAVITY: Vector = Vector::new(0.0, 0.0, -9.81);
-const WALLS: [Side; 2] = [Side::Wall; 2];
-const OPEN_TOP: [Side; 2] = [Side::Wall, Side::Open];
-const PERIODIC: [Side; 2] = [Side::Periodic; 2];
 
-/// The wave tank of Tazaki et al. in spacings, its depth of water and its spheres, in layers of a centred lattice.
-const TANK: [Real; 3] = [150.0, 20.0, 35.0];
-const DEPTH: Real = 20.0;
+/// The wave tank of Tazaki et al. Its bed is laid on a lattice, which takes no time to pack.
+const TANK: &str = r#"
+solver = "mps"
+domain = { lower = ["-75 mm", "0 mm", "0 mm"], size = ["150 mm", "20 mm", "35 mm"] }
+boundary = { x2 = "periodic", x3_upper = "outflow" }
+particles.spacing = "1 mm"
+material.glass.density = "2650 kg/m^3"
+contact.default = { normal_stiffness = "400 N/m", restitution = 0.5, friction = 0.4 }
+grains = { shape.sphere.diameter = "1 mm", count = 33728, placement.packed = {} }
+liquid.region.box = { lower = ["-75 mm", "0 mm", "0 mm"], upper = ["75 mm", "20 mm", "20 mm"] }
+run.until = "1 s"
+"#;
+/// Layers of its bed.
 const BED_LAYERS: usize = 17;
 /// Step in the tank \[s], and the amplitude of its acceleration: 10 mm at 2 Hz [m/s^2].
 pub(crate) const TANK_STEP: Real = 2e-4;
@@ -38,9 +42,15 @@ const RELAXATION: usize = 60;
 const WARM_UP: usize = 5;
 const TANK_STEPS: usize = 15;
 
-/// The box of the dam break and its water, in spacings; step \[s]; first and last step that is timed.
-const BOX: [usize; 3] = [100, 40, 80];
-const WATER: [usize; 3] = [50, 40, 50];
+/// The dam in a box with walls all around; step \[s]; first and last step that is timed.
+const DAM: &str = r#"
+solver = "mps"
+domain.size = ["100 mm", "40 mm", "80 mm"]
+boundary.x3_upper = "outflow"
+particles.spacing = "1 mm"
+liquid.region.box = { lower = ["0 mm", "0 mm", "0 mm"], upper = ["50 mm", "40 mm", "50 mm"] }
+run.until = "1 s"
+"#;
 pub(crate) const DAM_STEP: Real = 5e-4;
 const DAM_STEPS: [usize; 2] = [50, 100];
 
@@ -52,31 +62,25 @@ const COEFFICIENT_BYTES: Real = 8.0;
 /// equation; and columns alone for the gradient and the pushes.
 const COEFFICIENT_PASSES: Real = 6.0;
 
-fn domain(tank: &Tank, scheme: &Scheme) -> Domain {
-    let extent = tank.upper - tank.lower;
-    let cell = 0.5 * (scheme.radius + 0.36) * SPACING;
-    let cells = [0, 1, 2].map(|d| ((extent[d] / cell).floor() as usize).max(2));
-    let periodic = tank.sides.map(|sides| sides[0] == Side::Periodic);
-    Domain::solo(Grid::new(cells, tank.lower, tank.upper), periodic)
+/// The case of a text.
+fn posed(text: &str) -> Result<LoadedCase, String> {
+    case::parse(Path::new("bench.toml"), text, &[]).map_err(|error| error.to_string())
 }
 
-fn settings(level: Real) -> ParticleSettings {
-    ParticleSettings {
-        fluid: Fluid { density: 1000.0, viscosity: 1e-6, spacing: SPACING },
-        scheme: Scheme::default(),
-        limits: StepLimits::default(),
-        tolerance: Tolerance::default(),
-        reference: Vector::new(0.0, 0.0, level),
-    }
+/// The solver of a case with these grains, its water poured between them.
+fn poured(loaded: &LoadedCase, grains: &[Grain]) -> Result<Solver, String> {
+    let case = &loaded.case;
+    let shapes = feasible::shapes_alone(loaded).map_err(|error| error.to_string())?;
+    let domain = shared::domain(case, Box::<Solo>::default()).map_err(|error| error.to_string())?;
+    let setup = particles::setup(case, &shapes);
+    let engine = Engine::new(&domain, setup, grains).map_err(|error| error.to_string())?;
+    particles::poured(case, domain, engine, case.domain.lower.z).map_err(|error| error.to_string())
 }
 
-fn at_rest(position: Vector) -> FluidParticle {
-    FluidParticle { position, velocity: Vector::ZERO }
-}
-
-/// Spheres on a centred lattice of solid fraction 0.6, none at its exact place.
-fn bed(tank: &Tank) -> Vec<Grain> {
-    let extent = (tank.upper - tank.lower) / SPACING;
+/// Spheres of the only population on a centred lattice of solid fraction 0.6, none at its exact place.
+fn bed(case: &Case) -> Vec<Grain> {
+    let diameter = case.moving_particles().spacing;
+    let extent = case.domain.extent() / diameter;
     let edge = 1.204;
     let count = [extent.x, extent.y].map(|length| (length / edge).floor() as usize);
     let size = Vector::new(extent.x / count[0] as Real, extent.y / count[1] as Real, edge);
@@ -91,44 +95,9 @@ fn bed(tank: &Tank) -> Vec<Grain> {
         let place = Vector::new((place % count[0]) as Real, (place / count[0]) as Real, (n / layer / 2) as Real);
         let place = (place + 0.25 + half) * size + Vector::new(0.0, 0.0, 0.25);
         let jitter = 0.08 * Vector::new(random(), random(), random());
-        Grain::new(n as u64, 2650.0, tank.lower + SPACING * (place + jitter))
+        Grain { position: case.domain.lower + diameter * (place + jitter), ..member(case, 0, n, 1.0) }
     };
     (0..BED_LAYERS * layer).map(sphere).collect()
-}
-
-fn grain_phase(domain: &Domain, tank: &Tank, grains: &[Grain]) -> Result<GrainPhase, String> {
-    let present = tank.sides.map(|sides| sides.map(|side| side == Side::Wall));
-    let setup = Setup {
-        bodies: vec![Body::ball(0.5 * SPACING)],
-        interactions: Interactions::uniform(1, LinearSpringDashpot::spheres(400.0, 0.5, 0.4)),
-        walls: Wall::of_box(tank.lower, tank.upper, 0, present),
-        region: [tank.lower - Vector::ONE, tank.upper + Vector::ONE],
-        ghost_margin: 3.6 * SPACING,
-    };
-    let engine = Engine::new(domain, setup, grains).map_err(|error| error.to_string())?;
-    let coupling = Coupling {
-        drag: DragParameters::recommended(1000.0, 1e-3),
-        smoothing: 3.0 * SPACING,
-        least_void: 0.3,
-        exchange: DragExchange::Lagged,
-        added_mass: AddedMass::NONE,
-        lift: Lift::None,
-        substeps: Substeps::Auto,
-    };
-    Ok(GrainPhase::new(domain, engine, coupling))
-}
-
-/// Mean void fraction at a height.
-fn mean_void(grains: &GrainPhase, tank: &Tank, height: Real) -> Real {
-    let count = [40, 8];
-    let extent = tank.upper - tank.lower;
-    let place = |n: usize| {
-        let (i, j) = ((n % count[0]) as Real + 0.5, (n / count[0]) as Real + 0.5);
-        let across = Vector::new(i * extent.x / count[0] as Real, j * extent.y / count[1] as Real, 0.0);
-        Vector::new(tank.lower.x, tank.lower.y, height) + across
-    };
-    let places = count[0] * count[1];
-    (0..places).map(|n| grains.void_fraction(place(n))).sum::<Real>() / places as Real
 }
 
 fn number(phase: Phase) -> usize {
@@ -217,17 +186,9 @@ pub(crate) fn step(
 
 /// A wave tank over a bed of loose spheres, its water at rest, and the number of spheres.
 pub(crate) fn tank() -> Result<(Solver, usize), String> {
-    let size = SPACING * Vector::from_array(TANK);
-    let lower = Vector::new(-0.5 * size.x, 0.0, 0.0);
-    let tank = Tank::new(lower, lower + size, [WALLS, PERIODIC, OPEN_TOP], WallFriction::NoSlip);
-    let level = DEPTH * SPACING;
-    let domain = domain(&tank, &Scheme::default());
-    let grains = bed(&tank);
-    let mut phase = grain_phase(&domain, &tank, &grains)?;
-    phase.place(&domain, &tank);
-    let places = filling::layers(tank.lower, tank.upper, level, SPACING, |z| mean_void(&phase, &tank, z));
-    let fluid: Vec<FluidParticle> = places.into_iter().map(at_rest).collect();
-    let mut solver = Solver::new(domain, settings(level), tank, &fluid, phase).map_err(|error| error.to_string())?;
+    let loaded = posed(TANK)?;
+    let grains = bed(&loaded.case);
+    let mut solver = poured(&loaded, &grains)?;
     solver.grains_mut().freeze(true);
     for _ in 0..RELAXATION {
         step(&mut solver, TANK_STEP, GRAVITY, |_| ())?;
@@ -251,15 +212,7 @@ pub(crate) fn tank_step() -> Result<Timing, String> {
 
 /// A dam in a box with walls all around.
 pub(crate) fn dam() -> Result<Solver, String> {
-    let upper = SPACING * Vector::from_array(BOX.map(|n| n as Real));
-    let tank = Tank::new(Vector::ZERO, upper, [WALLS, WALLS, OPEN_TOP], WallFriction::NoSlip);
-    let domain = domain(&tank, &Scheme::default());
-    let [n1, n2, n3] = WATER;
-    let place = |n: usize| Vector::new((n % n1) as Real, (n / n1 % n2) as Real, (n / (n1 * n2)) as Real) + 0.5;
-    let fluid: Vec<FluidParticle> = (0..n1 * n2 * n3).map(|n| at_rest(SPACING * place(n))).collect();
-    let none = GrainPhase::none(&domain).map_err(|error| error.to_string())?;
-    let level = n3 as Real * SPACING;
-    Solver::new(domain, settings(level), tank, &fluid, none).map_err(|error| error.to_string())
+    poured(&posed(DAM)?, &[])
 }
 
 /// Steps of a dam that breaks.

@@ -1,8 +1,8 @@
 //! Cases with known results: case files and programs that measure, files that judge.
 //!
 //! A case file is run as a user runs it, and `expected.toml` says what is taken of its tables ([`posed`], [`value`]).
-//! [`grid`] and [`particles`] are experiments on the two fluid solvers; the programs in [`cases`] measure them, and whole
-//! runs, and return values by name. Unit, reference and band of every value are in `verification/<case>/expected.toml`
+//! [`particles`] are experiments on moving particles; the programs in [`cases`] measure them, and whole runs, and return values
+//! by name. Unit, reference and band of every value are in `verification/<case>/expected.toml`
 //! ([`expected`]); [`judge`] compares, [`verify`] runs, [`page`] writes the pages.
 //!
 //! ```
@@ -19,7 +19,6 @@ pub mod cases;
 pub mod catalogue;
 mod chart;
 pub mod expected;
-pub mod grid;
 pub mod judge;
 pub mod measured;
 pub mod page;

@@ -124,6 +124,17 @@ pub fn solver(
     Solver::new(domain, settings(case, level(case, bed_height)), case.tank(), fluid, grains)
 }
 
+/// The solver of a case at its start, its liquid poured between the grains of `engine` on a bed whose highest point near the axis is at
+/// `bed_height` \[m].
+///
+/// # Errors
+/// [`SetupError`] if fluid, grains and tank do not fit.
+pub fn poured(case: &Case, domain: Domain, engine: Engine, bed_height: Real) -> Result<Solver, SetupError> {
+    let grains = grain_phase(case, &domain, engine);
+    let fluid = fill(case, &domain, &grains, bed_height).particles;
+    solver(case, domain, &fluid, grains, bed_height)
+}
+
 /// Gives fluid and grains at rest the velocity that they have against a tank which begins with a speed.
 pub fn set_off(case: &Case, solver: &mut Solver) {
     let velocity = initial_velocity(case);

@@ -2,5 +2,4 @@
 
 pub mod moving_particles;
 pub mod shift;
-pub mod transport;
 pub mod whole_run;

@@ -5,9 +5,15 @@ use std::path::PathBuf;
 use sazanami::analyse::Table;
 use sazanami::progress::Silent;
 use sazanami::run::{RunOptions, run};
+use sazanami::saved;
+use sazanami::state::{Array, Values, WaterState};
 use sazanami::stop::Stop;
 use sazanami_numerics::Real;
 use sazanami_posing::case::LoadedCase;
+
+/// The table that is made of the files of fields: a row for each, and of an array of the cells the integral over the box of its distance
+/// from the first file.
+const FIELDS: &str = "fields";
 
 /// Folder of a finished run.
 pub(crate) struct WholeRun {
@@ -29,6 +35,9 @@ impl WholeRun {
     /// # Errors
     /// If there is no such table or column, or a cell holds what is no finite number.
     pub fn columns<const N: usize>(&self, table: &str, names: [&str; N]) -> Result<[Vec<Real>; N], String> {
+        if table == FIELDS {
+            return self.fields(names);
+        }
         let (table, layer) = match table.split_once(".csv ") {
             Some((_, layer)) => (&table[..table.len() - layer.len() - 1], Some(layer)),
             None => (table, None),
@@ -54,6 +63,31 @@ impl WholeRun {
             values.into_iter().zip(&layers).filter(|(_, other)| **other == layer).map(|(value, _)| value).collect()
         };
         Ok(found.map(of_layer))
+    }
+
+    /// Columns of [`FIELDS`].
+    fn fields<const N: usize>(&self, names: [&str; N]) -> Result<[Vec<Real>; N], String> {
+        let mut first = None;
+        let mut found = names.map(|_| Vec::new());
+        for saved in saved::times(&self.folder).map_err(|error| error.to_string())? {
+            let state = saved::state(&saved).map_err(|error| error.to_string())?;
+            let Some(WaterState::Grid { grid, arrays }) = state.water else { continue };
+            let first = first.get_or_insert_with(|| arrays.clone());
+            for (name, column) in names.iter().zip(&mut found) {
+                let values = |arrays: &[Array]| match arrays.iter().find(|array| array.name == *name)?.values {
+                    Values::F64(ref values) => Some(values.clone()),
+                    _ => None,
+                };
+                column.push(match (values(first), values(&arrays)) {
+                    _ if *name == "time" => state.time,
+                    (Some(a), Some(b)) => {
+                        grid.cell_volume() * a.iter().zip(&b).map(|(a, b)| (b - a).abs()).sum::<Real>()
+                    }
+                    _ => return Err(format!("the files of fields have no {name} in double precision")),
+                });
+            }
+        }
+        Ok(found)
     }
 }
 

@@ -1,15 +1,20 @@
-//! Jets of water that falls to and fro in a closed box.
+//! Jets of water that falls to and fro in a closed box. A case file poses the water; gravity that changes its direction again and again is
+//! none that a case has.
 
+use std::error::Error;
+use std::path::Path;
+
+use sazanami_dem::Engine;
+use sazanami_mps::solver::{Forcing, Solver};
 use sazanami_numerics::Real;
+use sazanami_parallel::Solo;
+use sazanami_posing::assembly::{particles, shared};
+use sazanami_posing::case;
 
-use super::vessel::{DOWN, Energy, ExperimentError, GRAVITY, PERIODIC, Vessel, WALLS, kinetic_energy, under};
-use sazanami_mps::boundary::WallFriction;
-use sazanami_mps::scheme::Scheme;
-use sazanami_mps::solver::Solver;
+use super::vessel::{Energy, kinetic_energy};
 
-/// Box of the water that falls to and fro, and the water, in spacings of 1 mm.
-const BOX: [usize; 3] = [14, 8, 24];
-const WATER: [usize; 3] = [6, 8, 10];
+/// The water in its box.
+const CASE: &str = include_str!("../../verification/mps-jets/case.toml");
 /// Time between two reversals of gravity \[s].
 const FALL: Real = 0.1;
 
@@ -28,31 +33,32 @@ pub struct ReversedFall {
     pub speed: Real,
 }
 
-/// `steps` steps of water in a closed box, 8 particles thick and periodic in y, walls that slip, from a block in a lower corner;
-/// gravity changes its direction every tenth of a second, upwards first.
+/// `steps` steps of the water under gravity that changes its direction every tenth of a second, upwards first, with these keys of its
+/// case changed.
 ///
 /// # Errors
-/// [`ExperimentError`] if the vessel makes no sense.
-pub fn reversed_fall(steps: usize, scheme: Scheme) -> Result<ReversedFall, ExperimentError> {
-    let mut vessel = Vessel::new(BOX, 1e-3, [WALLS, PERIODIC, WALLS]).filled(WATER);
-    (vessel.scheme, vessel.friction) = (scheme, WallFriction::Slip);
-    let height = vessel.upper.z;
-    let mut solver = vessel.solver()?;
+/// If the case cannot be posed.
+pub fn reversed_fall(steps: usize, overrides: &[String]) -> Result<ReversedFall, Box<dyn Error>> {
+    let case = case::parse(Path::new("verification/mps-jets/case.toml"), CASE, overrides)?.case;
+    let domain = shared::domain(&case, Box::<Solo>::default())?;
+    let engine = Engine::new(&domain, particles::setup(&case, &[]), &[])?;
+    let mut solver = particles::poured(&case, domain, engine, case.domain.lower.z)?;
+    let (height, gravity) = (case.domain.upper.z, case.gravity.length());
     // Kinetic energy and that of height above the side to which water falls.
     let energy = |solver: &Solver, up: Real| {
         let [height] =
             solver.sum_over_fluid(|p, a| [if up > 0.0 { p.position[a].z } else { height - p.position[a].z }]);
-        kinetic_energy(solver) + solver.particle_mass() * GRAVITY * height
+        kinetic_energy(solver) + solver.particle_mass() * gravity * height
     };
     let (mut up, mut since) = (-1.0, 0.0);
     let mut seen = Energy::new(energy(&solver, up));
     let mut found = ReversedFall::default();
     while found.steps < steps {
-        let force = up * DOWN;
+        let force = up * case.gravity;
         let dt = solver.stable_step(force).dt.min(FALL - since);
-        let Ok(report) = solver.step(dt, &under(force)(0.0, dt), |_| ()) else { break };
+        let Ok(report) = solver.step(dt, &Forcing { body_force: force, ..Forcing::default() }, |_| ()) else { break };
         found.steps += 1;
-        found.speed = found.speed.max(report.largest_speed / (2.0 * GRAVITY * height).sqrt());
+        found.speed = found.speed.max(report.largest_speed / (2.0 * gravity * height).sqrt());
         seen.see(energy(&solver, up));
         found.energy = found.energy.max(seen.last);
         found.rise = found.rise.max(seen.rise);

@@ -9,7 +9,7 @@ use sazanami_mps::boundary::{Side, Tank, WallFriction};
 use sazanami_mps::grains::{AddedMass, Coupling, DragExchange, DragParameters, GrainPhase, Lift};
 use sazanami_mps::pressure::Tolerance;
 use sazanami_mps::scheme::{Fluid, Scheme};
-use sazanami_mps::solver::{FluidParticle, Forcing, ParticleSettings, SetupError, Solver, StepError};
+use sazanami_mps::solver::{FluidParticle, ParticleSettings, SetupError, Solver, StepError};
 use sazanami_mps::stability::StepLimits;
 
 /// Density of the grains [kg/m^3].
@@ -160,11 +160,6 @@ impl Vessel {
 pub(super) fn lattice([n1, n2, n3]: [usize; 3]) -> impl Iterator<Item = Vector> {
     let at = |n: usize| n as Real + 0.5;
     (0..n3).flat_map(move |k| (0..n2).flat_map(move |j| (0..n1).map(move |i| Vector::new(at(i), at(j), at(k)))))
-}
-
-/// A body force [m/s^2] in a vessel at rest.
-pub(super) fn under(body_force: Vector) -> impl Fn(Real, Real) -> Forcing {
-    move |_, _| Forcing { body_force, ..Forcing::default() }
 }
 
 /// Kinetic energy of the fluid \[J].

@@ -2,7 +2,7 @@
 
 use crate::measured::Measured;
 use crate::particles as experiments;
-use sazanami_mps::scheme::{CONJUGATE_RADIUS, Scheme};
+use sazanami_mps::scheme::CONJUGATE_RADIUS;
 use sazanami_numerics::Real;
 
 use super::said;
@@ -15,7 +15,7 @@ const PUBLISHED_FALLS: usize = 3000;
 pub fn jets() -> Result<Vec<Measured>, String> {
     let mut rows = Vec::new();
     for (radius, steps) in FALLS {
-        let found = experiments::reversed_fall(steps, Scheme::conjugate(radius)).map_err(said)?;
+        let found = experiments::reversed_fall(steps, &[format!("particles.radius={radius}")]).map_err(said)?;
         rows.extend([
             Measured::new(format!("radius {radius}: steps done"), found.steps as Real),
             Measured::new(format!("radius {radius}: reversals of gravity"), found.reversals as Real),
@@ -24,7 +24,7 @@ pub fn jets() -> Result<Vec<Measured>, String> {
             Measured::new(format!("radius {radius}: largest speed over that of a fall through the box"), found.speed),
         ]);
     }
-    let published = experiments::reversed_fall(PUBLISHED_FALLS, Scheme::published()).map_err(said)?;
+    let published = experiments::reversed_fall(PUBLISHED_FALLS, &["preset=paper_literal".to_owned()]).map_err(said)?;
     rows.push(Measured::new("control: largest rise of the energy with the published scheme", published.rise));
     Ok(rows)
 }

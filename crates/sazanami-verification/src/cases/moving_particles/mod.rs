@@ -8,9 +8,7 @@ pub(crate) use flows::jets;
 pub(crate) use fluid::operators;
 pub(crate) use grains::void_fraction;
 
-use crate::particles::ExperimentError;
-
 /// A failed experiment as the message of a failed case.
-fn said(error: ExperimentError) -> String {
+fn said(error: impl std::fmt::Display) -> String {
     error.to_string()
 }
