@@ -86,7 +86,7 @@ impl StepEnds {
     }
 
     /// Steps from time zero to `until` \[s] if none is longer than `longest` \[s]: counted between the first
-    /// [`MOST_WALKED`] of these times, and as many a second after them.
+    /// `MOST_WALKED` of these times, and as many a second after them.
     pub fn steps(&self, until: Real, longest: Real) -> Real {
         let (mut now, mut steps) = (0.0, 0.0);
         for _ in 0..MOST_WALKED {
