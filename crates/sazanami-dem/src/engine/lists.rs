@@ -30,7 +30,7 @@ pub(super) struct FormerList {
     wall_travel: Vec<Real>,
     /// Bounding radius plus skin of each own grain now \[m].
     size: Vec<Real>,
-    /// See [`crate::ghosts::Exchange::originals`].
+    /// See [`crate::ghosts::GrainExchange::originals`].
     originals: Vec<u32>,
 }
 

@@ -103,12 +103,12 @@ pub trait ParticleColumns: Default + Sync {
 }
 
 /// Declares a set of particles with its columns, and the record of one particle; implements
-/// [`Columns`](crate::particles::Columns).
+/// [`ParticleColumns`](crate::particles::ParticleColumns).
 ///
 /// Record fields are in the order of the columns and must leave no padding.
 ///
 /// ```
-/// use sazanami_numerics::particles::Columns;
+/// use sazanami_numerics::particles::ParticleColumns;
 /// use sazanami_numerics::{Real, Vector};
 ///
 /// sazanami_numerics::columns! {

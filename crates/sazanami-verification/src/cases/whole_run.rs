@@ -87,6 +87,9 @@ impl WholeRun {
                 });
             }
         }
+        if first.is_none() {
+            return Err("the run wrote no fields of a grid".into());
+        }
         Ok(found)
     }
 }

@@ -14,7 +14,7 @@ use sazanami_posing::case;
 use super::vessel::{Energy, kinetic_energy};
 
 /// The water in its box.
-const CASE: &str = include_str!("../../verification/mps-jets/case.toml");
+const CASE: &str = include_str!("../../verification/mps-jets/water.toml");
 /// Time between two reversals of gravity \[s].
 const FALL: Real = 0.1;
 
@@ -39,7 +39,7 @@ pub struct ReversedFall {
 /// # Errors
 /// If the case cannot be posed.
 pub fn reversed_fall(steps: usize, overrides: &[String]) -> Result<ReversedFall, Box<dyn Error>> {
-    let case = case::parse(Path::new("verification/mps-jets/case.toml"), CASE, overrides)?.case;
+    let case = case::parse(Path::new("verification/mps-jets/water.toml"), CASE, overrides)?.case;
     let domain = shared::domain(&case, Box::<Solo>::default())?;
     let engine = Engine::new(&domain, particles::setup(&case, &[]), &[])?;
     let mut solver = particles::poured(&case, domain, engine, case.domain.lower.z)?;

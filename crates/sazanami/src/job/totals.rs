@@ -32,7 +32,7 @@ summed! {
         divergence: Real, "", "`abs(div u) dt` that a projection left; of moving particles the relative residual of the pressure";
         overlap_relative: Real, "", "overlap over the smaller contact sphere's radius, once the bed is packed";
         #[serde(default)]
-        packing_overlap_relative: Real, "", "the same while the bed was packed, with the softer springs of that";
+        packing_overlap_relative: Real, "", "the same while the bed was packed, on the softer springs of the packing";
         pressure_iterations: usize, "", "iterations of the pressure solver, all passes of a step";
         volume_fraction_excess: Real, "", "distance of a liquid fraction from the range 0 to 1 before it was corrected";
         overfull_volume: Real, "m^3", "volume by which grains overlap within cells";
@@ -55,7 +55,7 @@ summed! {
         #[serde(default)]
         handed_on_volume: Real, "m^3", "liquid that grains displaced from full cells into neighbouring ones";
         out_of_range_cells: u64, "", "cells whose liquid fraction left the range 0 to 1 by more than 1e-9";
-        deep_contacts: usize, "", "contacts that became deeper than 20 % of a contact sphere's radius";
+        deep_contacts: usize, "", "contacts that became deeper than 20 % of a contact sphere's radius, those of the packing included";
         #[serde(default)]
         contact_work: Real, "J", "energy that contacts gave the grains (negative: took from them)";
     }

@@ -72,7 +72,7 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<GridObserver>] = quantities! 
     "contacts", "", "touching pairs of contact spheres" => |row| of_step(row, |step| step.contacts.contacts);
     "largest_overlap", "", "largest overlap over the smaller contact sphere's radius"
         => |row| of_step(row, |step| step.contacts.largest_overlap);
-    "deep_contacts", "", "contacts so far that became deeper than 20 % of a contact sphere's radius"
+    "deep_contacts", "", "contacts so far that became deeper than 20 % of a contact sphere's radius, those of the packing included"
         => |row| row.totals.corrections.deep_contacts.into();
     "overfull_volume", "m^3", "volume by which grains overlap within cells"
         => |row| row.step.map_or(0.0, |step| step.report.imprint.overfull_volume).into();
