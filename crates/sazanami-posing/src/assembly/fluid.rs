@@ -83,7 +83,7 @@ pub fn settings(case: &Case) -> GridSettings {
 }
 
 /// The solver of a case at its start: the liquids poured over a bed whose highest point near the axis is at `bed_height` \[m], and the
-/// grains of `engine`, of these shapes; where grains come or leave, the engine has gone through [`grains::expecting`](super::grains::expecting).
+/// grains of `engine`, of these shapes; where grains come or leave, the engine has gone through [`super::grains::expecting`].
 ///
 /// # Errors
 /// [`StepError`] if the fluid at the start is none that steps can go on from, on this rank or another.

@@ -125,7 +125,7 @@ pub fn solver(
 }
 
 /// The solver of a case at its start, its liquid poured between the grains of `engine` on a bed whose highest point near the axis is at
-/// `bed_height` \[m]; where grains come or leave, the engine has gone through [`grains::expecting`](super::grains::expecting).
+/// `bed_height` \[m]; where grains come or leave, the engine has gone through [`super::grains::expecting`].
 ///
 /// # Errors
 /// [`SetupError`] if fluid, grains and tank do not fit.
