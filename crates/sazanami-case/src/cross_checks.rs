@@ -21,12 +21,12 @@ use crate::units::rounded;
 
 /// Reports what does not fit together across the tables of a case.
 pub fn check(case: &Case, cx: &mut Context<'_>) {
-    if case.fluid.projection == PressureForm::Incremental && !case.liquids.is_empty() {
-        let span = cx.places.of("fluid.projection");
+    if case.fluid.pressure_form == PressureForm::Incremental && !case.liquids.is_empty() {
+        let span = cx.places.of("fluid.pressure_form");
         cx.report
             .warning(span, "incremental projection with two fluids")
             .label("the pressure of the step before has its jump where the interface was then")
-            .help("`projection = \"full\"` follows the interface");
+            .help("`pressure_form = \"full\"` follows the interface");
     }
     if case.run.packing_only && !case.packs() && !cx.known.is_damaged {
         let span = cx.places.of("run").unwrap_or(0..0);

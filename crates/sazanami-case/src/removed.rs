@@ -59,8 +59,10 @@ const REMOVED: &[(&str, Option<&str>, &str)] = &[
         "choose `reversed_vortex` or `deformation`, which bring a shape back as well, or `uniform`",
     ),
     ("fluid.limiter", None, "velocities on faces are of third order, without a limiter; leave the key out"),
+    ("fluid.projection", None, "the key is `pressure_form`, with the same words"),
     ("fluid.vof", None, "liquid is carried by a plane in every cell, `plic` before; leave the key out"),
     ("overlap.density_reference", None, "phi is 1 for touching spheres on a simple cubic lattice; leave the key out"),
+    ("overlap.exchange", None, "the key is `drag_integration`, with `explicit` for `lagged`"),
     ("overlap.pressure_force", None, "grains feel the pressure of the same step; leave the key out"),
     ("overlap.reach", None, "grains read the water within `overlap.smoothing`; leave the key out"),
     (
@@ -114,7 +116,7 @@ const REMOVED: &[(&str, Option<&str>, &str)] = &[
 ];
 
 /// Whether `word` at the key `name` that went, of the table at `path`, is what the case has without it: the copies that earlier versions
-/// wrote have such keys. `published` says whether the preset has the published forms.
+/// wrote have such keys. `published` says whether the preset has the forms of Yagyu et al.
 pub(crate) fn is_kept(path: &str, name: &str, word: &str, table: &DeTable<'_>, published: bool) -> bool {
     let has = |keys: [&str; 2]| keys.iter().any(|key| table.contains_key(*key));
     let [coefficients, ratios] = [["normal_damping", "tangential_damping"], ["restitution", "damping_ratio"]].map(has);
@@ -130,6 +132,9 @@ pub(crate) fn is_kept(path: &str, name: &str, word: &str, table: &DeTable<'_>, p
     });
     match (path.split('.').next().unwrap_or(path), name, word) {
         ("coupling", "alpha", "columns(4)") | ("fluid", "vof", "plic") => true,
+        ("overlap", "exchange", "lagged") => !table.contains_key("drag_integration"),
+        ("fluid", "projection", "full") => !published && !table.contains_key("pressure_form"),
+        ("fluid", "projection", "incremental") => published && !table.contains_key("pressure_form"),
         ("contact", "damping", "literal") => coefficients && !ratios,
         ("contact", "damping", "restitution") => ratios && !coefficients,
         ("dem", "contact_start", "touch") | ("dem", "history", "length_kept") | ("dem", "slip_direction", "force") => {

@@ -49,11 +49,11 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
             .help("choose `solver = \"mics\"`, or leave out `fluid.surface_tension`");
         return;
     }
-    if case.fluid.projection == PressureForm::Incremental {
+    if case.fluid.pressure_form == PressureForm::Incremental {
         cx.report
-            .error_at(span.clone(), "surface tension and `projection = \"incremental\"`")
+            .error_at(span.clone(), "surface tension and `pressure_form = \"incremental\"`")
             .label("the increment keeps the jump of the pressure where the interface was")
-            .help("choose `projection = \"full\"`, or leave out `fluid.surface_tension`");
+            .help("choose `pressure_form = \"full\"`, or leave out `fluid.surface_tension`");
     }
     if case.fluid.carrying_flow.is_some() {
         cx.report

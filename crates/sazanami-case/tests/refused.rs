@@ -102,6 +102,18 @@ fn keys_and_words_of_earlier_versions_are_refused_with_what_took_their_place() {
     refused("dem={ slip_direction = \"velocity\" }", "`slip_direction` is no longer a key");
     assert!(findings(&["contact.default={ damping = \"restitution\", restitution = 0.5 }"]).is_empty());
     refused("contact.default={ damping = \"literal\", restitution = 0.5 }", "`damping` is no longer a key");
+    // Keys with another name now, likewise.
+    let of = |overrides: &[&str], key: &str| findings(overrides).into_iter().filter(|f| f.contains(key)).count();
+    assert_eq!(of(&["overlap.exchange=lagged"], "exchange"), 0);
+    refused("overlap.exchange=implicit", "`exchange` is no longer a key | the key is `drag_integration`");
+    refused("overlap={ exchange = \"lagged\", drag_integration = \"implicit\" }", "`exchange` is no longer a key");
+    for (word, other) in [("full", "incremental"), ("incremental", "full")] {
+        let [kept, gone] = [word, other].map(|word| format!("fluid.projection={word}"));
+        let preset = if word == "full" { "recommended" } else { "paper_literal" };
+        let preset = format!("preset={preset}");
+        assert_eq!([of(&[&kept, &preset], "`projection`"), of(&[&gone, &preset], "`projection`")], [0, 1], "{preset}");
+    }
+    refused("fluid.projection=incremental", "`projection` is no longer a key | the key is `pressure_form`");
     // Controls: a key and a word that never were.
     refused("overlap.sphere_dragg=dalla_valle", "unknown key `sphere_dragg`");
     refused("coupling.exchange=exactt", "`exactt` is not a choice for `exchange`");

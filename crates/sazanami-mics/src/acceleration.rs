@@ -29,7 +29,7 @@ use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
 
 use crate::flow::Flow;
-use crate::grains::GrainPhase;
+use crate::grains::ResolvedGrains;
 use crate::mobility::RowSet;
 use crate::momentum::Impulses;
 use crate::pass::Pass;
@@ -59,7 +59,7 @@ struct Beside {
 
 impl Acceleration {
     /// The acceleration that the viscous step of `flow` needs, if it ever needs one; no memory is taken before it does.
-    pub fn of(domain: &Domain, grains: &GrainPhase, flow: &Flow) -> Option<Self> {
+    pub fn of(domain: &Domain, grains: &ResolvedGrains, flow: &Flow) -> Option<Self> {
         let is_implicit = !matches!(flow.schemes.viscosity, ViscosityScheme::Off | ViscosityScheme::Explicit);
         let beside = grains.has_surfaces() && flow.schemes.viscosity != ViscosityScheme::Off;
         if !beside && !is_implicit {

@@ -14,7 +14,7 @@ use sazanami_numerics::{Real, Vector};
 
 use crate::boundary::Boundary;
 use crate::flow::Flow;
-use crate::grains::{Coupling, GrainPhase};
+use crate::grains::{Coupling, ResolvedGrains};
 use crate::pressure::Projection;
 use crate::solver::{GridSettings, Solver};
 use crate::surface_tension::SurfaceTension;
@@ -141,7 +141,7 @@ impl Solver {
         }
         projection.set_outside(&domain, boundary.gravity_outside(), &flow.fluids, &flow.density);
         projection.fill_ghosts(&domain, &flow.density, gravity);
-        let grains = GrainPhase::new(&domain, engine, shapes, coupling);
+        let grains = ResolvedGrains::new(&domain, engine, shapes, coupling);
         let mut solver = Self::assembled(domain, boundary, settings, flow, projection, grains);
         solver.previous_step = snapshot.reals(PREVIOUS_STEP)?.first().copied();
         let Self { domain, room, grains, .. } = &mut solver;

@@ -16,7 +16,7 @@ use crate::boundary::Boundary;
 use crate::carrying::CarryingFlow;
 use crate::flow::Flow;
 use crate::grains::room::Room;
-use crate::grains::{Coupling, GrainPhase, ImprintReport};
+use crate::grains::{Coupling, ImprintReport, ResolvedGrains};
 use crate::momentum::{Impulses, StoredMomentum};
 use crate::outside::place_on_side;
 use crate::pressure::{PressureError, PressureReport, PressureSide, Projection, Tolerance};
@@ -113,7 +113,7 @@ pub struct Solver {
     pub(crate) settings: GridSettings,
     pub(crate) flow: Flow,
     pub(crate) projection: Projection,
-    pub(crate) grains: GrainPhase,
+    pub(crate) grains: ResolvedGrains,
     /// The acceleration that implicit viscous steps see.
     pub(crate) acceleration: Option<Acceleration>,
     /// The room of the liquid, if that is only the open part of the cells.
@@ -147,7 +147,7 @@ impl Solver {
         // The fluid outside is without pressure at first: what that differs by would act for the length of a step.
         let sides = boundary.pressure_sides();
         let mut projection = Projection::new(&domain, sides.map(|pair| pair.map(PressureSide::without_pressure)));
-        let mut grains = GrainPhase::new(&domain, engine, shapes, coupling);
+        let mut grains = ResolvedGrains::new(&domain, engine, shapes, coupling);
         flow.fill_halos(&domain, &boundary);
         // Without gravity: only the divergence of the initial velocity matters.
         let dt = settings.limits.longest;
@@ -173,7 +173,7 @@ impl Solver {
         settings: GridSettings,
         flow: Flow,
         projection: Projection,
-        mut grains: GrainPhase,
+        mut grains: ResolvedGrains,
     ) -> Self {
         // Grains leave through what is no wall of the fluid; where a wall for grains alone stands they do not get there.
         let open = |d: usize| [0, 1].map(|side| boundary.opening(d, side).is_some());
@@ -455,7 +455,7 @@ impl Solver {
 
     /// The grains and their coupling to the fluid.
     #[must_use]
-    pub fn grains(&self) -> &GrainPhase {
+    pub fn grains(&self) -> &ResolvedGrains {
         &self.grains
     }
 }

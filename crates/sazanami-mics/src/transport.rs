@@ -7,7 +7,7 @@ use sazanami_numerics::{Real, Vector};
 use crate::advection::{Convection, Frozen, Sweep};
 use crate::boundary::Boundary;
 use crate::flow::{Flow, StateFields};
-use crate::grains::GrainPhase;
+use crate::grains::ResolvedGrains;
 use crate::grains::room::{Room, SettleReport};
 use crate::interface::{ResidueReport, Wetting};
 use crate::outside::Outside;
@@ -74,7 +74,7 @@ impl Flow {
         domain: &Domain,
         boundary: &Boundary,
         dt: Real,
-        mut beside: Option<(&mut Room, &GrainPhase)>,
+        mut beside: Option<(&mut Room, &ResolvedGrains)>,
         outside: Option<&Outside>,
     ) -> TransportReport {
         if self.schemes.viscosity == ViscosityScheme::CrankNicolson {

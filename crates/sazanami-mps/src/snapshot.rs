@@ -8,7 +8,7 @@ use sazanami_numerics::particles::ParticleColumns;
 use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
 
 use crate::boundary::Tank;
-use crate::grains::GrainPhase;
+use crate::grains::OverlappingGrains;
 use crate::particles::ParticleRecord;
 use crate::scheme::Turbulence;
 use crate::solver::{ParticleSettings, SetupError, Solver};
@@ -81,7 +81,7 @@ impl Solver {
         domain: Domain,
         settings: ParticleSettings,
         tank: Tank,
-        grains: GrainPhase,
+        grains: OverlappingGrains,
         snapshot: &Snapshot,
     ) -> Result<Self, RestoreError> {
         let id = snapshot.u64(ID)?;

@@ -1,7 +1,7 @@
 //! Fluid, walls and grains on one rank, and one step of all.
 
 mod conjugate;
-mod phases;
+mod published;
 mod setup;
 
 use sazanami_dem::{DemError, Engine, Grain};
@@ -11,49 +11,20 @@ use sazanami_numerics::{Real, Vector};
 
 use crate::arrangement::Arrangement;
 use crate::boundary::Tank;
-use crate::context::{Context, Motion, Voids};
+use crate::context::Context;
 pub use crate::error::{SetupError, StepError};
 use crate::ghosts::Periods;
-use crate::grains::GrainPhase;
+use crate::grains::OverlappingGrains;
 use crate::motion;
-use crate::number_density::{NumberDensity, Prediction, Sample};
 use crate::particles::{Kind, Particles, Role};
 use crate::pressure::PressureEquation;
 pub use crate::report::{EnergyChanges, Phase, StepReport};
 use crate::scheme::{Fluid, Kernel, ParticleProjection};
 pub use crate::settings::{Forcing, ParticleSettings};
-use crate::stabilisation::Stabiliser;
 use crate::stability::{Rates, StableStep};
 use crate::surface_test::SurfaceTest;
 use crate::walls::Walls;
-use phases::Phases;
-
-/// Columns over particles that the phases of the published scheme hand to each other, kept for their memory.
-#[derive(Debug, Default)]
-struct PublishedColumns {
-    /// Void fraction, at the present or the predicted positions.
-    voids: Voids,
-    /// Velocities of the viscous term, mirrored at walls [m/s].
-    mirrored: Vec<Vector>,
-    /// Packed columns of the sums over pairs.
-    samples: Vec<Sample>,
-    /// Number density, its rate and viscosity at the start of the step.
-    start: Vec<NumberDensity>,
-    /// Velocity change by drag [m/s].
-    drag: Vec<Vector>,
-    /// Positions and velocities without the pressure.
-    predicted: Motion,
-    /// `eps + (1 - eps) rho/rho_s`.
-    mobility: Vec<Real>,
-    /// Sums at the predicted positions.
-    sums: Vec<Prediction>,
-    roles: Vec<u8>,
-    /// Particles whose pressure gradient is not corrected.
-    uncorrected: Vec<bool>,
-    /// Positions and velocities with the pressure; in the end the new state.
-    new: Motion,
-    stabiliser: Stabiliser,
-}
+use published::PublishedColumns;
 
 /// Fluid and walls on one rank.
 pub struct Solver {
@@ -68,8 +39,8 @@ pub struct Solver {
     walls: Walls,
     near: Arrangement,
     equation: PressureEquation,
-    pub(crate) grains: GrainPhase,
-    columns: PublishedColumns,
+    pub(crate) grains: OverlappingGrains,
+    published: PublishedColumns,
     conjugate: crate::conjugate::ConjugateColumns,
     pub(crate) mean_flow: Option<MeanFlow>,
     /// Largest viscosity of the step before, fluid and eddies together [m^2/s].
@@ -143,7 +114,7 @@ impl Solver {
         let mut report = match self.settings.scheme.projection {
             _ if water == 0.0 => self.step_dry(dt, forcing, watch),
             ParticleProjection::Conjugate => self.step_conjugate(dt, forcing, watch),
-            ParticleProjection::Enhanced => self.step_enhanced(dt, forcing, watch),
+            ParticleProjection::Enhanced => self.step_published(dt, forcing, watch),
         }?;
         self.largest_viscosity = report.largest_viscosity;
         self.grains.engine_mut().take_departed(&self.domain)?;
@@ -180,54 +151,6 @@ impl Solver {
         Ok(report)
     }
 
-    /// The step of [`ParticleProjection::Enhanced`].
-    fn step_enhanced(
-        &mut self,
-        dt: Real,
-        forcing: &Forcing,
-        mut watch: impl FnMut(Phase),
-    ) -> Result<StepReport, StepError> {
-        let (reduced_force, surface) = (self.reduced_force(forcing.body_force), self.surface);
-        let Self { domain, periods, settings, kernel, tank, particles, walls, near, equation, grains, columns, .. } =
-            self;
-        let step = Context { domain, periods, settings, kernel, surface, forcing, reduced_force, dt, flow_time: dt };
-        let mut state = Phases { tank, particles, walls, near, equation, grains, columns };
-        let mut report = StepReport::default();
-
-        watch(Phase::Neighbours);
-        let step = &state.arrange(step)?;
-        watch(Phase::Coupling);
-        let voids_now = state.void_fractions(step);
-        watch(Phase::Fluid);
-        state.densities(step);
-
-        watch(Phase::Coupling);
-        state.interpolate_fluid(step);
-        watch(Phase::Grains);
-        report.contacts = state.grains.advance(step, &mut report.coupling)?;
-        watch(Phase::Coupling);
-        report.coupling.drag_on_fluid = state.return_drag(step);
-
-        watch(Phase::Fluid);
-        state.predict(step);
-        watch(Phase::Coupling);
-        let voids_then = state.predicted_void_fractions(step);
-        report.coupling.set_voids([voids_now, voids_then]);
-        watch(Phase::Fluid);
-        state.assemble(step, &mut report);
-        watch(Phase::Pressure);
-        state.solve(step, &mut report)?;
-
-        watch(Phase::Fluid);
-        state.correct(step, &mut report);
-        state.stabilise(step, &mut report);
-        watch(Phase::Coupling);
-        state.correct_grains(step, &mut report);
-        watch(Phase::Fluid);
-        state.finalise(step, &mut report)?;
-        Ok(report)
-    }
-
     /// Largest speed of a fluid particle, over all ranks [m/s].
     #[must_use]
     pub fn largest_speed(&self) -> Real {
@@ -261,17 +184,17 @@ impl Solver {
 
     /// The grains and their coupling.
     #[must_use]
-    pub fn grains(&self) -> &GrainPhase {
+    pub fn grains(&self) -> &OverlappingGrains {
         &self.grains
     }
 
-    /// Updates the positions of the grains behind [`GrainPhase::void_fraction`], between steps.
+    /// Updates the positions of the grains behind [`OverlappingGrains::void_fraction`], between steps.
     pub fn place_grains(&mut self) {
         self.grains.place(&self.domain, &self.tank);
     }
 
     /// Mutable access to the grains and their coupling, between steps.
-    pub fn grains_mut(&mut self) -> &mut GrainPhase {
+    pub fn grains_mut(&mut self) -> &mut OverlappingGrains {
         &mut self.grains
     }
 

@@ -183,12 +183,12 @@ pub struct FluidOptions {
     #[key(word, default, paper_literal = (Yagyu, Convection::VelocityForm,
           "eq. (3) is written for the velocity, not for momentum"))]
     pub convection: Convection,
-    /// Projection onto divergence-free velocities.
+    /// Form of the pressure in the projection onto divergence-free velocities.
     #[key(word, default = PressureForm::Full, paper_literal = (Yagyu, PressureForm::Incremental,
           "C-ISMAC, the authors' solver, advances the pressure's increment"))]
-    pub projection: PressureForm,
+    pub pressure_form: PressureForm,
     /// Treatment of viscosity.
-    #[key(word, default = suited_to(projection), says = "`auto`; `crank_nicolson` with `projection = \"incremental\"`")]
+    #[key(word, default = suited_to(pressure_form), says = "`auto`; `crank_nicolson` with `pressure_form = \"incremental\"`")]
     pub viscosity: ViscosityScheme,
     /// Time step.
     #[key(flatten)]
@@ -228,8 +228,8 @@ pub struct FluidOptions {
     pub gas: Fluid,
 }
 
-fn suited_to(projection: PressureForm) -> ViscosityScheme {
-    match projection {
+fn suited_to(pressure_form: PressureForm) -> ViscosityScheme {
+    match pressure_form {
         PressureForm::Full => ViscosityScheme::Auto,
         PressureForm::Incremental => ViscosityScheme::CrankNicolson,
     }

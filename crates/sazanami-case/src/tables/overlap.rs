@@ -1,7 +1,7 @@
 //! `[overlap]`: particles of water and the grains they overlap, for `solver = "mps"`.
 
 use sazanami_case_derive::Keys;
-use sazanami_mps::grains::{AddedMass, AddedMassForm, DragExchange, DragForm, DragParameters, Lift};
+use sazanami_mps::grains::{AddedMass, AddedMassForm, DragForm, DragIntegration, DragParameters, Lift};
 use sazanami_numerics::Real;
 
 use super::Population;
@@ -29,9 +29,9 @@ pub struct Overlap {
     /// Least void fraction; smaller ones are cut, and counted.
     #[key(range = Between(0.05, 1.0), default = 0.3)]
     pub least_void: Real,
-    /// Fluid velocity that the drag of a step is taken with; `implicit` for viscous liquids and any length of the step.
+    /// Time level of the fluid velocity in the drag of a step; `implicit` for viscous liquids and any length of the step.
     #[key(word, default)]
-    pub exchange: DragExchange,
+    pub drag_integration: DragIntegration,
     /// Added mass: the force `C rho V (Du/Dt - dv/dt)` on a grain that moves otherwise than the water, and its reaction.
     #[key(word, default)]
     pub added_mass: AddedMassForm,

@@ -35,7 +35,7 @@ use sazanami_parallel::{for_each_chunk, max_over};
 
 use super::covered::part;
 use super::imprint::{Imprint, Share, two};
-use super::{GrainPhase, Surface};
+use super::{ResolvedGrains, Surface};
 use crate::boundary::Boundary;
 use crate::diffusion::{DiffusionReport, ViscosityError};
 use crate::flow::Flow;
@@ -115,7 +115,7 @@ impl Surface {
     }
 }
 
-impl GrainPhase {
+impl ResolvedGrains {
     /// Whether velocities of grains are unknowns in steps of this `flow`: grains act by their surfaces, and some are free.
     pub(super) fn joins(&self, domain: &Domain, flow: &Flow) -> bool {
         let viscous = flow.schemes.viscosity != ViscosityScheme::Off;

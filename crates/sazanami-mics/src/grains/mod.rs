@@ -87,7 +87,7 @@ impl CouplingState {
 const _: () = assert!(size_of::<CouplingState>() == size_of::<[Real; ATTACHED]>());
 
 /// The grains of a rank and their coupling to the fluid.
-pub struct GrainPhase {
+pub struct ResolvedGrains {
     engine: Engine,
     shapes: Arc<[Shape]>,
     /// Least extent of each shape \[m].
@@ -116,7 +116,7 @@ pub struct GrainPhase {
     at_first: usize,
 }
 
-impl GrainPhase {
+impl ResolvedGrains {
     /// Couples the grains of `engine`, of the given shapes, to the fluid of `domain` and imprints them: where they
     /// were last imprinted, if they come from a snapshot.
     #[must_use]

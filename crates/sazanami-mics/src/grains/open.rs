@@ -7,11 +7,11 @@ use sazanami_numerics::{Real, Vector};
 
 use super::imprint::Imprint;
 use super::loads;
-use super::{GrainPhase, sum_over_ranks, vectors};
+use super::{ResolvedGrains, sum_over_ranks, vectors};
 use crate::grains::room::Room;
 use crate::momentum::Impulses;
 
-impl GrainPhase {
+impl ResolvedGrains {
     /// Whether liquid has only the open part of the cells.
     pub(crate) fn leaves_room(&self) -> bool {
         self.has_surfaces()

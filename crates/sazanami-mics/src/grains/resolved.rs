@@ -10,7 +10,7 @@ use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{for_each_chunk, sum_over};
 
-use super::{GrainPhase, Imprint, Surface, sum_over_ranks};
+use super::{Imprint, ResolvedGrains, Surface, sum_over_ranks};
 use crate::flow::Flow;
 use crate::mobility::{Closing, RowSet};
 use crate::momentum::Impulses;
@@ -35,7 +35,7 @@ pub(super) struct SurfaceState {
 
 const _: () = assert!(size_of::<SurfaceState>() == size_of::<[Real; ATTACHED]>());
 
-impl GrainPhase {
+impl ResolvedGrains {
     /// Starts a step of `dt` \[s]: places the surfaces of the grains as they are, and expects of the grains the velocity
     /// at its end that they have if their acceleration stays what it was.
     pub(crate) fn place_surfaces(&mut self, domain: &Domain, flow: &mut Flow, dt: Real) {

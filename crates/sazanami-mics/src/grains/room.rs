@@ -29,7 +29,7 @@ use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
 
 use super::surface::SOLID;
-use super::{GrainPhase, Imprint};
+use super::{Imprint, ResolvedGrains};
 use crate::boundary::Boundary;
 use crate::flow::Flow;
 use crate::mobility::RowSet;
@@ -90,7 +90,7 @@ pub(crate) struct Room {
 
 impl Room {
     /// The room beside `grains`, if they act by their surfaces.
-    pub fn beside(domain: &Domain, grains: &mut GrainPhase) -> Option<Self> {
+    pub fn beside(domain: &Domain, grains: &mut ResolvedGrains) -> Option<Self> {
         if !grains.leaves_room() {
             return None;
         }
@@ -254,7 +254,7 @@ impl Room {
 
     /// Finds the volume that moving grains carry through the faces between covered cells in a transport, over the area of the faces [m/s]:
     /// beside cells that grains share what their sections carry, as the projection has it ([`crate::mobility`]).
-    pub fn find_carried(&mut self, domain: &Domain, grains: &GrainPhase, flow: &mut Flow) {
+    pub fn find_carried(&mut self, domain: &Domain, grains: &ResolvedGrains, flow: &mut Flow) {
         let imprint = grains.covered();
         let (alpha, shared) = (imprint.solid_fraction.data(), imprint.shared());
         let [w1, w2, w3, ..] = &mut flow.work;

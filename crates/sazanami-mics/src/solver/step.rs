@@ -7,7 +7,7 @@ use sazanami_numerics::{Real, Vector};
 use super::{GridSettings, Phase, Solver, StepError, StepReport};
 use crate::acceleration::Acceleration;
 use crate::flow::Flow;
-use crate::grains::GrainPhase;
+use crate::grains::ResolvedGrains;
 use crate::grains::room::Room;
 use crate::mobility::Closing;
 use crate::pass::Pass;
@@ -106,7 +106,7 @@ struct FluidPass<'a> {
     settings: &'a GridSettings,
     flow: &'a mut Flow,
     projection: &'a mut Projection,
-    grains: &'a mut GrainPhase,
+    grains: &'a mut ResolvedGrains,
     /// The acceleration, if the viscous step of the pass sees one.
     acceleration: Option<&'a mut Acceleration>,
     room: Option<&'a mut Room>,

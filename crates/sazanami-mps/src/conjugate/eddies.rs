@@ -11,7 +11,7 @@ use sazanami_parallel::{Reduction, Rows, for_each_chunk};
 use crate::boundary::{Side, Tank, WallFriction};
 use crate::context::Context;
 use crate::ghosts::Ghosts;
-use crate::grains::GrainPhase;
+use crate::grains::OverlappingGrains;
 use crate::particles::{Kind, Particles, Role};
 use crate::reductions::{largest, set_column};
 
@@ -46,7 +46,7 @@ pub(crate) struct Eddies {
 
 impl Eddies {
     /// Mixing lengths where grains and walls are now; void fractions are placed. All ranks have all columns.
-    pub fn measure(&mut self, step: &Context<'_>, tank: &Tank, grains: &GrainPhase) {
+    pub fn measure(&mut self, step: &Context<'_>, tank: &Tank, grains: &OverlappingGrains) {
         let extent = tank.upper - tank.lower;
         self.lower = tank.lower + tank.displacement;
         let wide = grains.coupling().smoothing.max(step.settings.fluid.spacing);

@@ -22,7 +22,7 @@ use crate::boundary::Tank;
 use crate::context::{Context, Motion};
 use crate::free_surface;
 use crate::ghosts::Ghosts;
-use crate::grains::{GrainPhase, VoidReport};
+use crate::grains::{OverlappingGrains, VoidReport};
 use crate::matrix::{Block, CLOSE_RADIUS, Layout, Row};
 use crate::moments::Symmetric;
 use crate::momentum::FluidImpulses;
@@ -221,7 +221,7 @@ impl ConjugateColumns {
     }
 
     /// Mixing lengths over the bed as it is, where turbulence is put in.
-    pub fn measure_mixing_lengths(&mut self, step: &Context<'_>, tank: &Tank, grains: &GrainPhase) {
+    pub fn measure_mixing_lengths(&mut self, step: &Context<'_>, tank: &Tank, grains: &OverlappingGrains) {
         if step.settings.scheme.turbulence == Turbulence::MixingLength {
             self.eddies.get_or_insert_default().measure(step, tank, grains);
         }
@@ -347,7 +347,7 @@ impl ConjugateColumns {
         step: &Context<'_>,
         tank: &mut Tank,
         particles: &Particles,
-        grains: &mut GrainPhase,
+        grains: &mut OverlappingGrains,
     ) -> VoidReport {
         let (walls, predicted) = (step.forcing.wall_velocity, &self.new.velocity[..]);
         set_column(&mut self.velocity, particles.len(), |a| predicted[a] - walls);

@@ -11,7 +11,7 @@ use sazanami_parallel::for_each_chunk;
 use crate::arrangement::Arrangement;
 use crate::boundary::Tank;
 use crate::context::{Context, Motion, Voids};
-use crate::grains::{GrainPhase, VoidReport};
+use crate::grains::{OverlappingGrains, VoidReport};
 use crate::neighbours::ROWS;
 use crate::number_density;
 use crate::particles::Particles;
@@ -99,7 +99,7 @@ impl VoidColumns {
         tank: &Tank,
         particles: &Particles,
         near: &mut Arrangement,
-        grains: &mut GrainPhase,
+        grains: &mut OverlappingGrains,
     ) -> VoidReport {
         let now = (&particles.position[..], &particles.velocity[..]);
         let found = grains.void_fractions(step, tank, particles, now, &mut near.ghosts, &mut self.start);
@@ -125,7 +125,7 @@ impl VoidColumns {
         tank: &mut Tank,
         particles: &Particles,
         predicted: &Motion,
-        grains: &mut GrainPhase,
+        grains: &mut OverlappingGrains,
     ) -> VoidReport {
         let Self { then, rate, .. } = self;
         let before = std::mem::replace(&mut tank.displacement, step.forcing.wall_displacement);

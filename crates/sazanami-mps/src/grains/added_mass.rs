@@ -18,7 +18,7 @@ use super::exchange::with_zeros;
 use super::kept::{
     ADDED_MASS, ADDED_MASS_FORCE, CARRIED, LIFT_FORCE, NOT_RETURNED, SHARE, VOID, WETNESS, set_vector, vector,
 };
-use super::{CouplingReport, GrainPhase, diameter_of};
+use super::{CouplingReport, OverlappingGrains, diameter_of};
 use crate::context::Context;
 use crate::neighbours::ROWS;
 use crate::reductions::{set_column, sum_of};
@@ -69,7 +69,7 @@ impl AddedMass {
     }
 }
 
-impl GrainPhase {
+impl OverlappingGrains {
     /// Whether grains accelerate fluid with themselves in this step.
     fn has_added_mass(&self) -> bool {
         self.is_active() && self.coupling.added_mass.is_some()

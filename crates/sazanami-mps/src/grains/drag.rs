@@ -55,10 +55,10 @@ choices! {
 choices! {
     /// Time level of the fluid velocity in the drag of a step.
     #[derive(Default)]
-    pub enum DragExchange {
+    pub enum DragIntegration {
         /// That of the start of the step: explicit for the fluid, stable for steps well below the relaxation time.
         #[default]
-        Lagged = "lagged",
+        Explicit = "explicit",
         /// That of the end of the step, fluid and grains together: stable for any step.
         Implicit = "implicit",
     }

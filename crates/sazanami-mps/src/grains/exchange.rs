@@ -7,7 +7,7 @@
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
-use super::GrainPhase;
+use super::OverlappingGrains;
 use super::binned::{Lanes, lanes};
 use super::kept::{
     ADDED_MASS_FORCE, DRAG_FORCE, FELT, LIFT_FORCE, NOT_RETURNED, PLACE, SHARE, WEIGHTS, set_vector, vector,
@@ -30,7 +30,7 @@ pub(super) fn with_zeros<const N: usize>(values: [Real; N]) -> [Real; GIVEN] {
     std::array::from_fn(|n| values.get(n).copied().unwrap_or(0.0))
 }
 
-impl GrainPhase {
+impl OverlappingGrains {
     /// Sets `change` to the velocity change of each own fluid particle by drag [m/s], by lift, and by the added mass in the
     /// step before, with positions and weights of the start of the step. Returns their impulse on the fluid, over all ranks
     /// [N s].

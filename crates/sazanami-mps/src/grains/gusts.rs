@@ -14,7 +14,7 @@ use sazanami_dem::Random;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
 
-use super::GrainPhase;
+use super::OverlappingGrains;
 use super::kept::{GUST, set_vector, vector};
 use crate::boundary::Tank;
 use crate::context::Context;
@@ -38,7 +38,7 @@ fn gust(xi: Vector, flow: Vector, friction_velocity: Real) -> Vector {
     friction_velocity * ((xi.z - xi.x) * along + xi.y * Vector::Z.cross(along) + xi.x * Vector::Z)
 }
 
-impl GrainPhase {
+impl OverlappingGrains {
     /// Gusts at the own grains after the fluid was interpolated there; the square of the friction velocity at each particle
     /// and ghost [m^2/s^2] is the first component of `eddies`, the mixing length of the largest ones `longest` \[m].
     pub(crate) fn add_gusts(

@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use sazanami_numerics::{Real, Vector, choices};
 use sazanami_parallel::for_each_chunk;
 
-use super::GrainPhase;
+use super::OverlappingGrains;
 use super::binned::{Lanes, lanes};
 use super::drag::DragParameters;
 use super::reading::READ;
@@ -91,7 +91,7 @@ fn vorticity(sums: &Sums) -> Option<Vector> {
     Some(Vector::new(dy.z - dz.y, dz.x - dx.z, dx.y - dy.x))
 }
 
-impl GrainPhase {
+impl OverlappingGrains {
     /// Sets the lift on each own grain from the fluid that was interpolated last.
     pub(super) fn set_lift(&mut self) {
         let Self { engine, coupling, around, diameter, fluid, gates, .. } = self;

@@ -8,7 +8,7 @@ use sazanami_parallel::for_each_chunk;
 use super::drag::{DragLaw, ForDragLaw, relaxation_rate, volume, yielding};
 use super::exchange::GIVEN;
 use super::kept::{FELT, PLACE, PRESSING, PRESSURE_FORCE, SHARE, VOID, WEIGHTS, WETNESS, set_vector, vector};
-use super::{CouplingReport, FluidAtGrain, GrainPhase, Lift, diameter_of, largest};
+use super::{CouplingReport, FluidAtGrain, Lift, OverlappingGrains, diameter_of, largest};
 use crate::boundary::Tank;
 use crate::context::Context;
 use crate::ghosts::Ghosts;
@@ -112,13 +112,13 @@ impl NearFluid {
     }
 }
 
-impl GrainPhase {
+impl OverlappingGrains {
     /// What the fluid that yields to a grain is known by.
     pub(super) fn near_fluid(&self) -> NearFluid {
         NearFluid { density: self.coupling.drag.density, most: self.sources.smoothing().1 }
     }
 
-    /// Interpolates the fluid at each own grain: its velocity at the start of the step or, for an implicit exchange, the
+    /// Interpolates the fluid at each own grain: its velocity at the start of the step or, for implicit drag, the
     /// `predicted` one without drag [m/s] and with the pressure of the step before.
     pub(crate) fn interpolate_fluid(
         &mut self,

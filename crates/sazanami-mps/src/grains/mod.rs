@@ -23,7 +23,7 @@ use sazanami_parallel::for_each_chunk;
 
 pub use added_mass::{AddedMass, AddedMassForm};
 use binned::Binned;
-pub use drag::{DragExchange, DragForm, DragLaw, DragParameters, Forchheimer, volume};
+pub use drag::{DragForm, DragIntegration, DragLaw, DragParameters, Forchheimer, volume};
 use exchange::GIVEN;
 use kept::{ADDED_MASS_FORCE, DRAG_FORCE, LIFT_FORCE, PRESSURE_FORCE, SHARE, VOID, WETNESS, vector};
 pub use lift::{Lift, lift_force};
@@ -43,15 +43,15 @@ use crate::reductions;
 
 /// Parameters of the coupling between grains and fluid.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Coupling {
+pub struct OverlapSettings {
     /// Drag law of the grains.
     pub drag: DragParameters,
     /// Smoothing radius R_eps of the void fraction, within which a grain reads the fluid and gives the drag back \[m].
     pub smoothing: Real,
     /// Lower bound of the void fraction.
     pub least_void: Real,
-    /// Velocity of the fluid that the drag of a step is taken with.
-    pub exchange: DragExchange,
+    /// Time level of the fluid velocity in the drag of a step.
+    pub drag_integration: DragIntegration,
     /// Fluid that grains accelerate with themselves.
     pub added_mass: AddedMass,
     /// Lift of grains in sheared fluid.
@@ -60,7 +60,7 @@ pub struct Coupling {
     pub substeps: Substeps,
 }
 
-impl Coupling {
+impl OverlapSettings {
     /// Whether grains and fluid exchange momentum beside drag and pressure.
     fn has_more_than_drag(&self) -> bool {
         self.added_mass.is_some() || self.lift != Lift::None
@@ -82,7 +82,7 @@ pub(crate) struct FluidAtGrain {
     pub submerged: Real,
     /// Void fraction, without the contribution of the grain itself.
     pub void_fraction: Real,
-    /// One over the mass of the fluid that yields to the drag on the grain [1/kg]; 0 with a lagged exchange.
+    /// One over the mass of the fluid that yields to the drag on the grain [1/kg]; 0 where the drag is explicit for the fluid.
     pub inverse_fluid_mass: Real,
     /// One over the mass of the fluid that yields to the added mass [1/kg].
     inverse_moved_mass: Real,
@@ -100,9 +100,9 @@ pub(crate) struct FluidAtGrain {
 
 /// The grains of one rank and their coupling to the fluid.
 #[derive(Debug)]
-pub struct GrainPhase {
+pub struct OverlappingGrains {
     engine: Engine,
-    coupling: Coupling,
+    coupling: OverlapSettings,
     sources: Sources,
     /// Void fraction at each own fluid particle before the lower bound is applied.
     void: Vec<Real>,
@@ -144,8 +144,8 @@ pub fn diameter_of(engine: &Engine, g: usize) -> Real {
     2.0 * engine.bodies()[grains.shape[g] as usize].bounding_radius * grains.scale[g]
 }
 
-impl GrainPhase {
-    /// A phase without grains.
+impl OverlappingGrains {
+    /// No grains.
     ///
     /// # Errors
     /// Those of [`Engine::new`]; none are known for an engine without grains.
@@ -157,11 +157,11 @@ impl GrainPhase {
             region: [Vector::NEG_INFINITY, Vector::INFINITY],
             ghost_margin: 0.0,
         };
-        let coupling = Coupling {
+        let coupling = OverlapSettings {
             drag: DragParameters::recommended(1.0, 0.0),
             smoothing: 1.0,
             least_void: 1.0,
-            exchange: DragExchange::Lagged,
+            drag_integration: DragIntegration::Explicit,
             added_mass: AddedMass::NONE,
             lift: Lift::None,
             substeps: Substeps::Auto,
@@ -174,7 +174,7 @@ impl GrainPhase {
     /// # Panics
     /// If the ghost margin of the engine is not larger than the smoothing radius of the void fraction.
     #[must_use]
-    pub fn new(domain: &Domain, mut engine: Engine, coupling: Coupling) -> Self {
+    pub fn new(domain: &Domain, mut engine: Engine, coupling: OverlapSettings) -> Self {
         engine.own_promptly();
         let there = engine.grains().owned() > 0 || engine.expects_arrivals() || engine.departures().grains > 0;
         let any = domain.max(if there { 1.0 } else { 0.0 }) > 0.0;
@@ -232,7 +232,7 @@ impl GrainPhase {
 
     /// Parameters of the coupling between grains and fluid.
     #[must_use]
-    pub fn coupling(&self) -> &Coupling {
+    pub fn coupling(&self) -> &OverlapSettings {
         &self.coupling
     }
 
@@ -387,10 +387,10 @@ impl GrainPhase {
         self.drag_rate
     }
 
-    /// The drag rate that limits the next step [1/s]: none where the exchange is implicit or the grains are held; before
+    /// The drag rate that limits the next step [1/s]: none where the drag is implicit or the grains are held; before
     /// the first step that of fluid at rest.
     pub(crate) fn limiting_drag_rate(&self) -> Real {
-        if self.coupling.exchange == DragExchange::Implicit || !self.is_active() {
+        if self.coupling.drag_integration == DragIntegration::Implicit || !self.is_active() {
             return 0.0;
         }
         self.first_drag_rate.unwrap_or(self.drag_rate)

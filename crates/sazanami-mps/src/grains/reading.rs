@@ -26,7 +26,7 @@ use sazanami_numerics::{Real, Vector};
 use super::binned::{Lanes, lanes};
 use super::kept::{PLACE, vector};
 use super::sources::{floor, is_seen};
-use super::{FluidAtGrain, GrainPhase};
+use super::{FluidAtGrain, OverlappingGrains};
 use crate::boundary::Tank;
 use crate::context::Context;
 use crate::gates::near;
@@ -52,7 +52,7 @@ pub(super) struct Reading {
     pub gradient: Vector,
 }
 
-impl GrainPhase {
+impl OverlappingGrains {
     /// Sorts the fluid particles into bins where they are at the start of the step, of the `inverse_void` fractions there, with
     /// what grains feel as their velocity and the pressure of the step before. All ranks take part.
     pub(super) fn begin_reading(

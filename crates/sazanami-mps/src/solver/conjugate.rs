@@ -10,7 +10,7 @@ use crate::arrangement::Arrangement;
 use crate::boundary::Tank;
 use crate::conjugate::{self, ConjugateColumns, Mirrors};
 use crate::context::Context;
-use crate::grains::{DragExchange, GrainPhase, VoidReport};
+use crate::grains::{DragIntegration, OverlappingGrains, VoidReport};
 use crate::particles::Particles;
 use crate::pressure::PressureEquation;
 use crate::report::EnergyChanges;
@@ -63,7 +63,7 @@ struct ConjugateStep<'a> {
     walls: &'a mut Walls,
     near: &'a mut Arrangement,
     equation: &'a mut PressureEquation,
-    grains: &'a mut GrainPhase,
+    grains: &'a mut OverlappingGrains,
     columns: &'a mut ConjugateColumns,
     /// Void fractions at the start of the step.
     voids: VoidReport,
@@ -120,7 +120,7 @@ impl<'a> ConjugateStep<'a> {
     /// 5a. Fluid at the grains: with implicit drag as it moves without drag; and gusts where turbulence is put in.
     fn interpolate_fluid_at_grains(&mut self) {
         let Self { context: step, tank, particles, near, grains, columns, .. } = self;
-        let implicit = grains.coupling().exchange == DragExchange::Implicit;
+        let implicit = grains.coupling().drag_integration == DragIntegration::Implicit;
         if implicit {
             columns.predict(step, particles, None, near);
         }

@@ -4,13 +4,14 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::particles::{ParticleColumns as _, WALL};
 use sazanami_numerics::{Real, Vector};
 
-use super::{FluidParticle, PublishedColumns, Solver};
+use super::published::PublishedColumns;
+use super::{FluidParticle, Solver};
 use crate::arrangement::Arrangement;
 use crate::boundary::Tank;
 use crate::error::SetupError;
 use crate::gates;
 use crate::ghosts::Periods;
-use crate::grains::GrainPhase;
+use crate::grains::OverlappingGrains;
 use crate::particles::{Kind, ParticleRecord, Particles};
 use crate::pressure::PressureEquation;
 use crate::scheme::{CONJUGATE_RADIUS, Kernel, ParticleProjection};
@@ -28,7 +29,7 @@ impl Solver {
         settings: ParticleSettings,
         tank: Tank,
         fluid: &[FluidParticle],
-        grains: GrainPhase,
+        grains: OverlappingGrains,
     ) -> Result<Self, SetupError> {
         let fluid = fluid.iter().enumerate();
         let records: Vec<ParticleRecord> =
@@ -42,7 +43,7 @@ impl Solver {
         settings: ParticleSettings,
         tank: Tank,
         records: &[ParticleRecord],
-        mut grains: GrainPhase,
+        mut grains: OverlappingGrains,
     ) -> Result<Self, SetupError> {
         let radius = settings.scheme.radius;
         if !(2.1..=3.6).contains(&radius) {
@@ -100,7 +101,7 @@ impl Solver {
             largest_viscosity: 0.0,
             near: Arrangement::default(),
             equation: PressureEquation::default(),
-            columns: PublishedColumns::default(),
+            published: PublishedColumns::default(),
             conjugate: crate::conjugate::ConjugateColumns::default(),
             mean_flow: None,
         })

@@ -6,7 +6,7 @@ use crate::grains::expected_speed;
 use crate::support::{Case, GRAVITY, NOTHING, OPEN_TOP, PERIODIC, SPACING, WALLS, jittered, under};
 use sazanami_dem::{Engine, Grain};
 use sazanami_mps::filling::layers;
-use sazanami_mps::grains::GrainPhase;
+use sazanami_mps::grains::OverlappingGrains;
 use sazanami_mps::scheme::Scheme;
 use sazanami_mps::solver::{FluidParticle, SetupError, Solver};
 use sazanami_numerics::{Real, Vector};
@@ -142,7 +142,7 @@ fn drag_and_pressure_of_falling_grains_close_the_budget() {
     // Water that fills what the grains leave.
     let domain = case.domain(Box::<Solo>::default());
     let engine = Engine::new(&domain, case.setup(), &case.grains).expect("sound grains");
-    let mut phase = GrainPhase::new(&domain, engine, case.coupling());
+    let mut phase = OverlappingGrains::new(&domain, engine, case.coupling());
     phase.place(&domain, &case.tank());
     let mean = |z: Real| {
         let place =
@@ -199,7 +199,7 @@ fn small_radii_and_boxes_are_refused() {
     let solver = |case: &Case| {
         let domain = case.domain(Box::<Solo>::default());
         let engine = Engine::new(&domain, case.setup(), &case.grains).expect("sound grains");
-        let grains = GrainPhase::new(&domain, engine, case.coupling());
+        let grains = OverlappingGrains::new(&domain, engine, case.coupling());
         Solver::new(domain, case.settings(), case.tank(), &case.fluid, grains)
     };
     assert!(matches!(solver(&case), Err(SetupError::ConjugateRadius { .. })));

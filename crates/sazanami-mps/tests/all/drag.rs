@@ -2,7 +2,7 @@
 
 use sazanami_dem::{Grain, Motion};
 use sazanami_mps::boundary::WallFriction;
-use sazanami_mps::grains::{DragExchange, DragParameters, volume};
+use sazanami_mps::grains::{DragIntegration, DragParameters, volume};
 use sazanami_mps::stability::Limit;
 use sazanami_numerics::{Real, Vector};
 
@@ -66,13 +66,13 @@ fn implicit_drag_stops_a_viscous_liquid_without_overshoot() {
     let law = DragParameters::recommended(1000.0, 1000.0 * viscosity);
     let rate = law.coefficient(SPACING, VOID, speed) * (1.0 - VOID) / (VOID * 1000.0 * volume(SPACING));
     assert!(dt * rate > 2.0, "{}", dt * rate);
-    case.exchange = DragExchange::Implicit;
+    case.drag_integration = DragIntegration::Implicit;
     let [once, more] = [1, 4].map(|steps| velocity(&case, 0.0, dt, steps).expect("it stops"));
     let expected = speed / (1.0 + dt * rate);
     assert!((once / expected - 1.0).abs() < 0.15, "{once} {expected}");
     assert!(more >= 0.0 && more < 0.1 * once, "{more} {once}");
     // Negative control: with the velocity of the start it turns round, faster than it came.
-    case.exchange = DragExchange::Lagged;
+    case.drag_integration = DragIntegration::Explicit;
     let turned = velocity(&case, 0.0, dt, 1).expect("one step");
     assert!(turned < -speed, "{turned}");
 }
@@ -80,24 +80,24 @@ fn implicit_drag_stops_a_viscous_liquid_without_overshoot() {
 #[test]
 fn a_driven_liquid_gets_the_same_velocity_with_long_steps() {
     let (viscosity, force, short, long, time) = (1e-4, 2.0, 5e-5, 5e-4, 0.01);
-    let of = |exchange, dt: Real, force| {
-        let case = Case { exchange, ..filter(viscosity, 0.0) };
+    let of = |drag_integration, dt: Real, force| {
+        let case = Case { drag_integration, ..filter(viscosity, 0.0) };
         velocity(&case, force, dt, (time / dt).round() as usize).expect("it flows")
     };
-    let reference = of(DragExchange::Lagged, short, force);
-    let found = of(DragExchange::Implicit, long, force);
+    let reference = of(DragIntegration::Explicit, short, force);
+    let found = of(DragIntegration::Implicit, long, force);
     assert!((found / reference - 1.0).abs() < 0.05, "{found} {reference}");
     let balance = reference / balanced(viscosity, force);
     assert!((balance - 1.0).abs() < 0.05, "{balance}");
     // Negative control: a tenth more force.
-    let more = of(DragExchange::Implicit, long, 1.1 * force);
+    let more = of(DragIntegration::Implicit, long, 1.1 * force);
     assert!((more / reference - 1.0).abs() > 0.05, "{more}");
 }
 
 /// A layer of free grains in a viscous liquid.
-fn suspension(exchange: DragExchange) -> Case {
+fn suspension(drag_integration: DragIntegration) -> Case {
     let mut case = Case::filled([10, 8, 12], [10, 8, 10], [WALLS, PERIODIC, OPEN_TOP]);
-    (case.viscosity, case.exchange) = (1e-4, exchange);
+    (case.viscosity, case.drag_integration) = (1e-4, drag_integration);
     case.fluid
         .retain(|p| p.position.z > 4e-3 || (((p.position.x + p.position.z) / SPACING) as usize).is_multiple_of(2));
     let at = |n: u64, step: Real| (n as Real + 0.5) * step;
@@ -111,8 +111,8 @@ fn suspension(exchange: DragExchange) -> Case {
 
 #[test]
 fn free_grains_in_a_viscous_liquid_stay_calm_and_momentum_is_kept() {
-    let fastest = |exchange| {
-        let mut solver = suspension(exchange).solo();
+    let fastest = |drag_integration| {
+        let mut solver = suspension(drag_integration).solo();
         let mut largest: Real = 0.0;
         for _ in 0..60 {
             let Ok(report) = solver.step(4e-4, &under(GRAVITY), |_| ()) else { return Real::INFINITY };
@@ -123,22 +123,22 @@ fn free_grains_in_a_viscous_liquid_stay_calm_and_momentum_is_kept() {
         }
         largest
     };
-    let calm = fastest(DragExchange::Implicit);
+    let calm = fastest(DragIntegration::Implicit);
     assert!(calm < 0.1, "{calm}");
     // Negative control.
-    assert!(fastest(DragExchange::Lagged) > 1.0);
+    assert!(fastest(DragIntegration::Explicit) > 1.0);
 }
 
 #[test]
 fn drag_limits_the_first_step() {
-    let of = |exchange, speed| {
+    let of = |drag_integration, speed| {
         let mut case = filter(1e-4, speed);
-        (case.exchange, case.limits.longest) = (exchange, 1e-2);
+        (case.drag_integration, case.limits.longest) = (drag_integration, 1e-2);
         case.solo().stable_step(Vector::ZERO)
     };
-    let step = of(DragExchange::Lagged, 0.0);
+    let step = of(DragIntegration::Explicit, 0.0);
     let law = DragParameters::recommended(1000.0, 0.1);
     let rate = law.relaxation_rate(SPACING, 2650.0 * volume(SPACING), VOID, 0.0);
     assert!(step.limit == Limit::Drag && (step.dt * rate / 0.5 - 1.0).abs() < 0.1, "{step:?} {rate}");
-    assert!(of(DragExchange::Implicit, 0.0).limit != Limit::Drag);
+    assert!(of(DragIntegration::Implicit, 0.0).limit != Limit::Drag);
 }

@@ -3,7 +3,9 @@
 use sazanami_dem::{Body, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
 use sazanami_mps::gates::Gate;
-use sazanami_mps::grains::{AddedMass, AddedMassForm, Coupling, DragExchange, DragParameters, GrainPhase, Lift};
+use sazanami_mps::grains::{
+    AddedMass, AddedMassForm, DragIntegration, DragParameters, Lift, OverlapSettings, OverlappingGrains,
+};
 use sazanami_mps::pressure::Tolerance;
 use sazanami_mps::scheme::{Fluid, Scheme};
 use sazanami_mps::solver::{FluidParticle, Forcing, ParticleSettings, Solver};
@@ -38,17 +40,17 @@ fn tank(scheme: Scheme, length: usize, gate: Option<Gate>, (form, lift): (AddedM
     let grains: Vec<Grain> = (0..24)
         .map(|n| Grain::new(n as u64, 2650.0, SPACING * Vector::new(at(n % 6, 2.0), at(n / 6, 2.0), 0.6)))
         .collect();
-    let coupling = Coupling {
+    let coupling = OverlapSettings {
         drag: DragParameters::recommended(1000.0, 1e-3),
         smoothing: 3.0 * SPACING,
         least_void: 0.3,
-        exchange: DragExchange::Lagged,
+        drag_integration: DragIntegration::Explicit,
         added_mass: AddedMass { form, coefficient: 0.5 },
         lift,
         substeps: Substeps::Auto,
     };
     let engine = Engine::new(&domain, setup, &grains).expect("sound grains");
-    let phase = GrainPhase::new(&domain, engine, coupling);
+    let phase = OverlappingGrains::new(&domain, engine, coupling);
     let place =
         |n: usize| SPACING * Vector::new(at(n % length, 1.0), at(n / length % 8, 1.0), at(n / (8 * length), 1.0));
     let fluid: Vec<FluidParticle> =

@@ -2,7 +2,7 @@
 
 use crate::support::{Case, GRAVITY, OPEN_TOP, PERIODIC, SPACING, WALLS, jittered, under};
 use sazanami_dem::{Engine, Grain, Motion};
-use sazanami_mps::grains::{DragExchange, GrainPhase};
+use sazanami_mps::grains::{DragIntegration, OverlappingGrains};
 use sazanami_mps::snapshot::GRAINS;
 use sazanami_mps::solver::{Forcing, Solver};
 use sazanami_mps::stability::Limit;
@@ -104,10 +104,10 @@ fn ranks_agree_up_to_rounding() {
 fn restored_on(case: &Case, state: &Snapshot, communicator: Box<dyn Communicator>) -> Solver {
     let domain = case.domain(communicator);
     let grains = if case.grains.is_empty() {
-        GrainPhase::none(&domain).expect("no grains")
+        OverlappingGrains::none(&domain).expect("no grains")
     } else {
         let engine = Engine::restore(&domain, case.setup(), GRAINS, state).expect("a sound state of the grains");
-        GrainPhase::new(&domain, engine, case.coupling())
+        OverlappingGrains::new(&domain, engine, case.coupling())
     };
     Solver::restore(domain, case.settings(), case.tank(), grains, state).expect("a sound state of the fluid")
 }
@@ -265,7 +265,7 @@ pub fn difference(a: &Snapshot, b: &Snapshot) -> (Real, String) {
 #[test]
 fn dry_grains_are_limited_by_drag_in_the_first_step_alone() {
     let mut case = crate::drag::filter(1e-4, 0.0);
-    (case.exchange, case.limits.longest) = (DragExchange::Lagged, 1e-2);
+    (case.drag_integration, case.limits.longest) = (DragIntegration::Explicit, 1e-2);
     case.fluid.retain(|particle| particle.position.z < 3.0 * SPACING);
     case.grains.retain(|grain| grain.position.z > 8.0 * SPACING);
     let mut solver = case.solo();

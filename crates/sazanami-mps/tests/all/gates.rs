@@ -5,7 +5,7 @@ use crate::support::{Case, GRAVITY, OPEN_TOP, PERIODIC, SPACING, WALLS, jittered
 use sazanami_dem::Grain;
 use sazanami_mps::boundary::WallFriction;
 use sazanami_mps::gates::Gate;
-use sazanami_mps::grains::GrainPhase;
+use sazanami_mps::grains::OverlappingGrains;
 use sazanami_mps::scheme::Scheme;
 use sazanami_mps::solver::{FluidParticle, SetupError, Solver};
 use sazanami_numerics::{Real, Vector};
@@ -257,7 +257,7 @@ fn drag_does_not_reach_through_a_gate() {
 fn gates_that_do_not_fit_are_refused() {
     let tried = |case: &Case| {
         let domain = case.domain(Box::<Solo>::default());
-        let grains = GrainPhase::none(&domain).expect("no grains");
+        let grains = OverlappingGrains::none(&domain).expect("no grains");
         Solver::new(domain, case.settings(), case.tank(), &case.fluid, grains).err()
     };
     let at = |gates: &[(usize, usize)]| {

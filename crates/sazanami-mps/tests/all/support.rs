@@ -3,7 +3,7 @@
 use sazanami_dem::{Body, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
 use sazanami_mps::gates::Gate;
-use sazanami_mps::grains::{AddedMass, Coupling, DragExchange, DragParameters, GrainPhase, Lift};
+use sazanami_mps::grains::{AddedMass, DragIntegration, DragParameters, Lift, OverlapSettings, OverlappingGrains};
 use sazanami_mps::pressure::Tolerance;
 use sazanami_mps::scheme::{Fluid, Scheme};
 use sazanami_mps::solver::{FluidParticle, Forcing, ParticleSettings, Solver};
@@ -34,7 +34,7 @@ pub struct Case {
     pub viscosity: Real,
     pub fluid: Vec<FluidParticle>,
     pub grains: Vec<Grain>,
-    pub exchange: DragExchange,
+    pub drag_integration: DragIntegration,
     pub added_mass: AddedMass,
     pub lift: Lift,
     /// Radius within which grains read the fluid, in spacings.
@@ -57,7 +57,7 @@ impl Case {
             viscosity: 1e-6,
             fluid: lattice(fill),
             grains: Vec::new(),
-            exchange: DragExchange::Lagged,
+            drag_integration: DragIntegration::Explicit,
             added_mass: AddedMass::NONE,
             lift: Lift::None,
             smoothing: 3.0,
@@ -111,12 +111,12 @@ impl Case {
         }
     }
 
-    pub fn coupling(&self) -> Coupling {
-        Coupling {
+    pub fn coupling(&self) -> OverlapSettings {
+        OverlapSettings {
             drag: DragParameters::recommended(1000.0, 1000.0 * self.viscosity),
             smoothing: self.smoothing * SPACING,
             least_void: self.least_void,
-            exchange: self.exchange,
+            drag_integration: self.drag_integration,
             added_mass: self.added_mass,
             lift: self.lift,
             substeps: Substeps::Auto,
@@ -127,10 +127,10 @@ impl Case {
     pub fn on(&self, communicator: Box<dyn Communicator>) -> Solver {
         let domain = self.domain(communicator);
         let grains = if self.grains.is_empty() {
-            GrainPhase::none(&domain).expect("no grains")
+            OverlappingGrains::none(&domain).expect("no grains")
         } else {
             let engine = Engine::new(&domain, self.setup(), &self.grains).expect("sound grains");
-            GrainPhase::new(&domain, engine, self.coupling())
+            OverlappingGrains::new(&domain, engine, self.coupling())
         };
         Solver::new(domain, self.settings(), self.tank(), &self.fluid, grains).expect("a sound tank")
     }

@@ -1,7 +1,7 @@
 //! Walls that hold the water beside walls along which it slips.
 
 use sazanami_mps::boundary::{Tank, WallFriction};
-use sazanami_mps::grains::GrainPhase;
+use sazanami_mps::grains::OverlappingGrains;
 use sazanami_mps::solver::Solver;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::Solo;
@@ -19,7 +19,7 @@ fn layers(direction: usize, friction: [WallFriction; 2]) -> Vec<Real> {
     size[direction] = LAYERS;
     let case = Case { viscosity: 1e-3, ..Case::filled(size, size, sides) };
     let domain = case.domain(Box::<Solo>::default());
-    let grains = GrainPhase::none(&domain).expect("no grains");
+    let grains = OverlappingGrains::none(&domain).expect("no grains");
     let mut each = [[WallFriction::NoSlip; 2]; 3];
     each[direction] = friction;
     let tank = Tank { friction: each, ..case.tank() };

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use sazanami_numerics::Real;
 
 use super::section_density::SectionDensity;
-use super::{GrainView, SurfaceProfile, Tank};
+use super::{GrainView, SurfaceProfile, TankInside};
 
 /// Volume fraction of grains at the surface: half of the 0.60 of a loose bed of spheres.
 const SURFACE_SHARE: Real = 0.30;
@@ -24,7 +24,7 @@ const SUSPENDED_ABOVE: Real = 2.0;
 /// A suspended grain has fewer than 2 contacts, and its centre is more than 2 mean diameters above the median of the
 /// surface of all grains.
 #[must_use]
-pub fn bed_surface(tank: &Tank, grains: &GrainView, grain_size: Real) -> (SurfaceProfile, Vec<bool>) {
+pub fn bed_surface(tank: &TankInside, grains: &GrainView, grain_size: Real) -> (SurfaceProfile, Vec<bool>) {
     let middle = surface_of(tank, grains, grain_size, |_| true).median();
     let limit = middle.unwrap_or(Real::INFINITY) + SUSPENDED_ABOVE * grains.mean_diameter();
     let contacts = grains.contacts.iter().zip(grains.position);
@@ -32,7 +32,7 @@ pub fn bed_surface(tank: &Tank, grains: &GrainView, grain_size: Real) -> (Surfac
     (surface_of(tank, grains, grain_size, |grain| !suspended[grain]), suspended)
 }
 
-fn surface_of(tank: &Tank, grains: &GrainView, size: Real, counts: impl Fn(usize) -> bool) -> SurfaceProfile {
+fn surface_of(tank: &TankInside, grains: &GrainView, size: Real, counts: impl Fn(usize) -> bool) -> SurfaceProfile {
     let counted = (0..grains.position.len()).filter(|&grain| counts(grain));
     let volumes = counted.map(|grain| (grains.position[grain], PI / 6.0 * grains.diameter[grain].powi(3)));
     SectionDensity::of(tank, SPACING * size, REACH * size, volumes).surface(SURFACE_SHARE, 1)
@@ -49,7 +49,7 @@ mod tests {
 
     const D: Real = 1e-3;
 
-    fn surface(tank: &Tank, bed: &Lattice) -> SurfaceProfile {
+    fn surface(tank: &TankInside, bed: &Lattice) -> SurfaceProfile {
         bed_surface(tank, &bed.grains(), D).0
     }
 

@@ -44,7 +44,7 @@ pub enum Sides {
 
 /// The inside of the tank.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tank {
+pub struct TankInside {
     /// Places of the end walls on x1 \[m].
     pub x: [Real; 2],
     /// Places of the sides on x2 \[m].
@@ -59,7 +59,7 @@ pub struct Tank {
     pub sides: Sides,
 }
 
-impl Tank {
+impl TankInside {
     /// Length between the end walls \[m].
     #[must_use]
     pub fn length(&self) -> Real {
@@ -225,7 +225,7 @@ pub(crate) mod made_up {
 
     impl Lattice {
         /// Cubic lattice of the given spacing \[m] below `surface(x)` \[m], each point with `share` of its cell.
-        pub fn below(tank: &Tank, spacing: Real, share: Real, surface: impl Fn(Real) -> Real) -> Self {
+        pub fn below(tank: &TankInside, spacing: Real, share: Real, surface: impl Fn(Real) -> Real) -> Self {
             let count = |length: Real| (length / spacing).round() as usize;
             let diameter = spacing * (share * 6.0 / std::f64::consts::PI).cbrt();
             let mut position = Vec::new();
@@ -263,7 +263,7 @@ pub(crate) mod made_up {
     }
 
     /// A tank of 60 x 8 mm about the origin of x1.
-    pub fn tank(sides: Sides) -> Tank {
-        Tank { x: [-0.03, 0.03], y: [0.0, 0.008], floor: 0.0, lid: None, ends: Sides::Walls, sides }
+    pub fn tank(sides: Sides) -> TankInside {
+        TankInside { x: [-0.03, 0.03], y: [0.0, 0.008], floor: 0.0, lid: None, ends: Sides::Walls, sides }
     }
 }

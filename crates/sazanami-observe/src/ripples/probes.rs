@@ -4,7 +4,7 @@ use std::ops::{AddAssign, Mul};
 
 use sazanami_numerics::{Matrix, Real, Vector};
 
-use super::{Sides, Tank};
+use super::{Sides, TankInside};
 
 /// Value at a place of the straight line through the particles near it that is best by the squares weighted by kernel and volume (Lancaster and
 /// Salkauskas 1981, linear): exact for what grows linearly, at walls and at the free surface too. Where the particles hardly surround the place, as
@@ -12,7 +12,7 @@ use super::{Sides, Tank};
 #[derive(Clone, Copy, Debug)]
 pub struct Interpolation<'a, W> {
     /// The tank; across periodic sides particles are near each other.
-    pub tank: &'a Tank,
+    pub tank: &'a TankInside,
     /// Places of the particles \[m].
     pub position: &'a [Vector],
     /// Their volumes [m^3].
@@ -38,7 +38,7 @@ impl<W: Fn(Real) -> Real> Interpolation<'_, W> {
 
     /// The same with their images behind walls, floor and lid: for what does not change across these.
     pub fn near_with_images(&self, place: Vector) -> Option<Near> {
-        let Tank { x, y, floor, lid, ends, sides } = *self.tank;
+        let TankInside { x, y, floor, lid, ends, sides } = *self.tank;
         let walls = |kind: Sides, at: [Real; 2]| at.map(|at| (kind == Sides::Walls).then_some(at));
         self.among(place, [walls(ends, x), walls(sides, y), [Some(floor), lid]])
     }
@@ -180,7 +180,7 @@ mod tests {
         (1.0 - q).powi(4) * (1.0 + 4.0 * q)
     }
 
-    fn probe<'a>(tank: &'a Tank, water: &'a Lattice) -> Interpolation<'a, fn(Real) -> Real> {
+    fn probe<'a>(tank: &'a TankInside, water: &'a Lattice) -> Interpolation<'a, fn(Real) -> Real> {
         let (position, volume) = (&water.position, &water.volume);
         Interpolation { tank, position, volume, reach: REACH, kernel, least: 4 }
     }
@@ -207,10 +207,10 @@ mod tests {
                 .map(|near| near.expect("in the water").mean(|n| across[n]));
         assert!((plain - 9e-4).abs() < 2e-6 && (mirrored - 9e-4).abs() > 1e-5, "{plain} {mirrored}");
         // At a lid as in a tank upside down.
-        let lidded = Tank { lid: Some(0.010), ..made_up::tank(Sides::Walls) };
+        let lidded = TankInside { lid: Some(0.010), ..made_up::tank(Sides::Walls) };
         let upside_down: Vec<Real> = water.position.iter().map(|place| (0.010 - place.z).powi(2)).collect();
         let square: Vec<Real> = water.position.iter().map(|place| place.z.powi(2)).collect();
-        let read = |tank: &Tank, z: Real, values: &[Real]| {
+        let read = |tank: &TankInside, z: Real, values: &[Real]| {
             let near = Interpolation { tank, ..probe }.near_with_images(Vector::new(0.0, 0.004, z));
             near.expect("in the water").mean(|n| values[n])
         };
@@ -249,7 +249,7 @@ mod tests {
             splash: vec![],
         };
         let begin = Vector::new(-0.0298, 0.004, 0.001);
-        let repeats = Tank { ends: Sides::Periodic, ..made_up::tank(Sides::Walls) };
+        let repeats = TankInside { ends: Sides::Periodic, ..made_up::tank(Sides::Walls) };
         let across_ends = probe(&repeats, &at_the_end).at(begin, &values);
         assert!((across_ends.expect("near") - Vector::X * 2.0).length() < 1e-12);
         assert_eq!(probe(&made_up::tank(Sides::Walls), &at_the_end).at(begin, &values), None);

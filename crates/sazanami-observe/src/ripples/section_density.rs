@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use sazanami_numerics::{Real, Vector};
 
-use super::{Sides, SurfaceProfile, Tank};
+use super::{Sides, SurfaceProfile, TankInside};
 
 /// A share of space at the points of a square grid: the middles of equal parts of the tank in x1, and heights from
 /// the floor on in x3.
@@ -22,7 +22,7 @@ impl SectionDensity {
     /// Wendland C2 function of unit integral in two dimensions, `7/(pi R^2) (1-q)^4 (1+4q)` (Wendland 1995), and over
     /// the whole width. What reaches through end walls or the floor comes back as from a mirror, what reaches through
     /// joined ends at the other one. For periodic sides and for walls alike, nothing leaves across.
-    pub fn of(tank: &Tank, spacing: Real, radius: Real, particles: impl Iterator<Item = (Vector, Real)>) -> Self {
+    pub fn of(tank: &TankInside, spacing: Real, radius: Real, particles: impl Iterator<Item = (Vector, Real)>) -> Self {
         let particles: Vec<_> = particles.collect();
         let top = particles.iter().map(|(place, _)| place.z).fold(tank.floor, Real::max) + radius;
         let columns = ((tank.length() / spacing).round() as usize).max(1);
@@ -101,7 +101,7 @@ mod tests {
         let density = SectionDensity::of(&tank, 0.1e-3, 2e-3, particles());
         assert!((density.volume(tank.width()) / 8e-9 - 1.0).abs() < 1e-3, "{}", density.volume(tank.width()));
         // Without the mirrors a part of three of them would be gone: the same box, its walls out of reach.
-        let wide = Tank { x: [-0.1, 0.1], floor: -0.1, ..tank };
+        let wide = TankInside { x: [-0.1, 0.1], floor: -0.1, ..tank };
         let density = SectionDensity::of(&wide, 0.1e-3, 2e-3, particles());
         let inside: Real = (0..density.columns)
             .filter(|&i| (density.range[0] + (i as Real + 0.5) * density.spacing[0]).abs() < 0.03)

@@ -3,7 +3,7 @@
 use sazanami_numerics::Real;
 
 use super::section_density::SectionDensity;
-use super::{SurfaceProfile, Tank, WaterView};
+use super::{SurfaceProfile, TankInside, WaterView};
 
 /// Share of space at the surface: half of the water below.
 const LEVEL: Real = 0.5;
@@ -13,7 +13,7 @@ const LEVEL: Real = 0.5;
 /// below which the next point is wet too. Particles that fly free of the others do not count; where the tank is dry
 /// there is no surface.
 #[must_use]
-pub fn water_surface(tank: &Tank, water: &WaterView, spacing: Real, particle: Real) -> SurfaceProfile {
+pub fn water_surface(tank: &TankInside, water: &WaterView, spacing: Real, particle: Real) -> SurfaceProfile {
     let flying = |n: usize| water.splash[n];
     let particles = (0..water.position.len()).filter(|&n| !flying(n));
     let particles = particles.map(|n| (water.position[n], water.bulk_volume[n]));
@@ -23,7 +23,7 @@ pub fn water_surface(tank: &Tank, water: &WaterView, spacing: Real, particle: Re
 #[cfg(test)]
 mod tests {
     use super::super::made_up::{self, Lattice};
-    use super::super::{Sides, Tank};
+    use super::super::{Sides, TankInside};
     use super::*;
     use sazanami_numerics::Vector;
 
@@ -56,7 +56,7 @@ mod tests {
         assert_eq!(water_surface(&tank, &water.water(), 0.5e-3, 1e-3).at(-0.02), calm.at(-0.02));
         // The same water not flagged is a crest.
         water.splash.fill(false);
-        let raised = water_surface(&Tank { ..tank }, &water.water(), 0.5e-3, 1e-3);
+        let raised = water_surface(&TankInside { ..tank }, &water.water(), 0.5e-3, 1e-3);
         assert!(raised.at(-0.02).expect("water") > 0.019, "{:?}", raised.at(-0.02));
     }
 }

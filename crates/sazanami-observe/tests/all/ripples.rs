@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::ripples::{
-    BedFormSettings, BedForms, GrainView, ShiftLimits, Sides, SurfaceProfile, Tank, Unmeasured, bed_surface, match_bed,
-    relief,
+    BedFormSettings, BedForms, GrainView, ShiftLimits, Sides, SurfaceProfile, TankInside, Unmeasured, bed_surface,
+    match_bed, relief,
 };
 
 const D: Real = 1e-3;
@@ -24,12 +24,19 @@ impl Lot {
     }
 }
 
-fn tank(width: Real) -> Tank {
-    Tank { x: [-0.075, 0.075], y: [0.0, width], floor: 0.0, lid: None, ends: Sides::Walls, sides: Sides::Periodic }
+fn tank(width: Real) -> TankInside {
+    TankInside {
+        x: [-0.075, 0.075],
+        y: [0.0, width],
+        floor: 0.0,
+        lid: None,
+        ends: Sides::Walls,
+        sides: Sides::Periodic,
+    }
 }
 
 /// Grains below a surface; a place of the lattice that the surface cuts is taken with the chance of its part below.
-fn grains(tank: &Tank, seed: u64, surface: impl Fn(Real) -> Real) -> Vec<Vector> {
+fn grains(tank: &TankInside, seed: u64, surface: impl Fn(Real) -> Real) -> Vec<Vector> {
     let mut lot = Lot(0x9e37_79b9_7f4a_7c15 ^ seed);
     let count = |length: Real| (length / SPACING) as usize;
     let mut places = Vec::new();
@@ -48,7 +55,7 @@ fn grains(tank: &Tank, seed: u64, surface: impl Fn(Real) -> Real) -> Vec<Vector>
     places
 }
 
-fn surface(tank: &Tank, position: &[Vector]) -> SurfaceProfile {
+fn surface(tank: &TankInside, position: &[Vector]) -> SurfaceProfile {
     let view = GrainView { position, diameter: &vec![D; position.len()], contacts: &vec![4; position.len()] };
     bed_surface(tank, &view, D).0
 }

@@ -55,7 +55,7 @@ pub fn flow(case: &Case, domain: &Domain) -> Flow {
         // The velocity of a carrying flow is given.
         convection: if options.carrying_flow.is_some() { Convection::Off } else { options.convection },
         viscosity: options.viscosity,
-        carrier: match options.projection {
+        carrier: match options.pressure_form {
             PressureForm::Full => Carrier::Start,
             PressureForm::Incremental => Carrier::Middle,
         },
@@ -78,7 +78,7 @@ pub fn settings(case: &Case) -> GridSettings {
             divergence: case.fluid.divergence_tolerance,
             max_iterations: case.fluid.pressure_iterations,
         },
-        incremental: case.fluid.projection == PressureForm::Incremental,
+        incremental: case.fluid.pressure_form == PressureForm::Incremental,
     }
 }
 

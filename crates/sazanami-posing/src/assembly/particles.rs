@@ -2,7 +2,7 @@
 
 use sazanami_dem::{Body, Engine, Motion, Setup};
 use sazanami_mps::filling;
-use sazanami_mps::grains::{AddedMass, Coupling, DragParameters, Forchheimer, GrainPhase};
+use sazanami_mps::grains::{AddedMass, DragParameters, Forchheimer, OverlapSettings, OverlappingGrains};
 use sazanami_mps::pouring;
 use sazanami_mps::pressure::Tolerance;
 use sazanami_mps::scheme::{Fluid, Scheme};
@@ -54,11 +54,11 @@ pub fn settings(case: &Case, level: Real) -> ParticleSettings {
     }
 }
 
-/// Laws of the interaction of grains and fluid: drag, averaging, exchange.
-pub fn coupling(case: &Case) -> Coupling {
+/// Laws of the interaction of grains and fluid: drag and its integration, averaging, added mass, lift.
+pub fn coupling(case: &Case) -> OverlapSettings {
     let overlap = &case.overlap;
     let liquid = case.fluid.liquid;
-    Coupling {
+    OverlapSettings {
         drag: DragParameters {
             form: overlap.drag,
             kozeny: overlap.kozeny,
@@ -68,7 +68,7 @@ pub fn coupling(case: &Case) -> Coupling {
         },
         smoothing: overlap.smoothing,
         least_void: overlap.least_void,
-        exchange: overlap.exchange,
+        drag_integration: overlap.drag_integration,
         added_mass: AddedMass { form: overlap.added_mass, coefficient: overlap.added_mass_coefficient },
         lift: overlap.lift,
         substeps: case.dem.substeps,
@@ -104,8 +104,8 @@ pub fn setup(case: &Case, shapes: &[Shape]) -> Setup {
 
 /// The grains of `engine` where they lie in the tank, with the fluid's room between them.
 #[must_use]
-pub fn grain_phase(case: &Case, domain: &Domain, engine: Engine) -> GrainPhase {
-    let mut grains = GrainPhase::new(domain, engine, coupling(case));
+pub fn overlapping_grains(case: &Case, domain: &Domain, engine: Engine) -> OverlappingGrains {
+    let mut grains = OverlappingGrains::new(domain, engine, coupling(case));
     grains.place(domain, &case.tank());
     grains
 }
@@ -118,7 +118,7 @@ pub fn solver(
     case: &Case,
     domain: Domain,
     fluid: &[FluidParticle],
-    grains: GrainPhase,
+    grains: OverlappingGrains,
     bed_height: Real,
 ) -> Result<Solver, SetupError> {
     Solver::new(domain, settings(case, level(case, bed_height)), case.tank(), fluid, grains)
@@ -130,7 +130,7 @@ pub fn solver(
 /// # Errors
 /// [`SetupError`] if fluid, grains and tank do not fit.
 pub fn poured(case: &Case, domain: Domain, engine: Engine, bed_height: Real) -> Result<Solver, SetupError> {
-    let grains = grain_phase(case, &domain, engine);
+    let grains = overlapping_grains(case, &domain, engine);
     let fluid = fill(case, &domain, &grains, bed_height).particles;
     solver(case, domain, &fluid, grains, bed_height)
 }
@@ -178,7 +178,7 @@ pub struct Poured {
 /// Fluid particles of the liquid at the start, between grains as many as their voids hold: in horizontal layers where grains
 /// lie level and layers hold each liquid to a tenth, else by the void fraction of every place. All ranks take part and have the same
 /// particles.
-pub fn fill(case: &Case, domain: &Domain, grains: &GrainPhase, bed_height: Real) -> Poured {
+pub fn fill(case: &Case, domain: &Domain, grains: &OverlappingGrains, bed_height: Real) -> Poured {
     let (lower, upper) = (case.domain.lower, case.domain.upper);
     let spacing = case.moving_particles().spacing;
     let extent = upper - lower;
@@ -334,7 +334,7 @@ impl Liquids {
     }
 
     /// Particles in the voids of every place of a grid of `cells`. All ranks take part and have the same.
-    fn poured(&self, domain: &Domain, grains: &GrainPhase, cells: &Grid, spacing: Real) -> Poured {
+    fn poured(&self, domain: &Domain, grains: &OverlappingGrains, cells: &Grid, spacing: Real) -> Poured {
         let fractions = self.fractions(cells);
         let shares = shares(domain, grains, cells, |[i, j, k]| {
             let covered = |share, (fraction, liquid): &(RegionFractions<'_>, &Liquid)| {
@@ -366,7 +366,7 @@ impl Liquids {
 /// where liquid is poured. All ranks take part and have the same.
 fn shares(
     domain: &Domain,
-    grains: &GrainPhase,
+    grains: &OverlappingGrains,
     cells: &Grid,
     of_liquid: impl Fn([isize; 3]) -> Real + Sync,
 ) -> Vec<Real> {
@@ -440,7 +440,7 @@ mod tests {
     }
 
     /// A tank with a column of spheres in one corner and water up to a level \[mm]: its case, and what is filled.
-    fn column(level: Real) -> (Case, GrainPhase, Vec<FluidParticle>) {
+    fn column(level: Real) -> (Case, OverlappingGrains, Vec<FluidParticle>) {
         let text = "solver = \"mps\"\ngravity = \"9.81 m/s^2\"\n[domain]\nsize = [\"24 mm\", \"8 mm\", \"20 mm\"]\n\
                     [boundary]\nall = \"no_slip\"\nx2 = \"periodic\"\n[run]\nuntil = \"1 ms\"\n[particles]\n\
                     spacing = \"1 mm\"\n[[liquid]]\nname = \"water\"\nregion.box = { lower = [\"0 mm\", \"0 mm\", \
@@ -454,7 +454,7 @@ mod tests {
         let shapes: Vec<_> = case.grains.iter().map(|p| super::super::shapes::shape_of(p).expect("a sphere")).collect();
         let domain = super::super::shared::domain(&case, Box::<sazanami_parallel::Solo>::default()).expect("one rank");
         let engine = sazanami_dem::Engine::new(&domain, setup(&case, &shapes), &grains::placed(&case, &[None]));
-        let mut phase = GrainPhase::new(&domain, engine.expect("sound grains"), coupling(&case));
+        let mut phase = OverlappingGrains::new(&domain, engine.expect("sound grains"), coupling(&case));
         phase.place(&domain, &case.tank());
         let fluid = fill(&case, &domain, &phase, 0.0).particles;
         (case, phase, fluid)

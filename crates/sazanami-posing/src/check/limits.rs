@@ -6,7 +6,7 @@ use sazanami_dem::impact::ImpactErrors;
 use sazanami_mics::stability::{Limit as GridLimit, Rates as GridRates};
 use sazanami_mics::surface_tension::capillary_rate;
 use sazanami_mics::viscosity::explicit_rate;
-use sazanami_mps::grains::{DragExchange, volume};
+use sazanami_mps::grains::{DragIntegration, volume};
 use sazanami_mps::stability::{BODY_FORCE, DRAG, Limit as ParticleLimit, Rates as ParticleRates, VISCOUS};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
@@ -414,7 +414,9 @@ fn drag_rate(case: &Case) -> Option<Real> {
         Some(coupling.drag.relaxation_rate(d, mass, eps, 0.0)).filter(|rate| rate.is_finite())
     };
     let rates = case.grains.iter().filter_map(rate);
-    rates.reduce(Real::max).filter(|_| coupling.exchange == DragExchange::Lagged && !case.liquids.is_empty())
+    rates
+        .reduce(Real::max)
+        .filter(|_| coupling.drag_integration == DragIntegration::Explicit && !case.liquids.is_empty())
 }
 
 /// Solid fraction that a sphere of diameter `d` \[m] meets of the others, smoothed over a radius \[m], where they are placed.

@@ -5,7 +5,7 @@ use sazanami_numerics::{Real, Vector};
 
 use super::vessel::{DIAMETER, ExperimentError, GRAIN_DENSITY, OPEN, PERIODIC, Vessel, WALLS, lattice};
 use sazanami_mps::Kind;
-use sazanami_mps::grains::{GrainPhase, Voids};
+use sazanami_mps::grains::{OverlappingGrains, Voids};
 
 /// Void fractions of touching grains on a simple cubic lattice.
 #[derive(Clone, Copy, Debug)]
@@ -37,9 +37,9 @@ pub fn lattice_voids() -> Result<LatticeVoids, ExperimentError> {
             .collect();
         vessel
     };
-    let phase = |vessel: &Vessel| -> Result<GrainPhase, ExperimentError> {
+    let phase = |vessel: &Vessel| -> Result<OverlappingGrains, ExperimentError> {
         let domain = vessel.domain();
-        let mut phase = vessel.grain_phase(&domain)?;
+        let mut phase = vessel.overlapping_grains(&domain)?;
         phase.place(&domain, &vessel.tank());
         Ok(phase)
     };
@@ -53,7 +53,8 @@ pub fn lattice_voids() -> Result<LatticeVoids, ExperimentError> {
             d * place
         })
     };
-    let mean = |phase: &GrainPhase, z: [Real; 2]| samples(z).map(|x| phase.void_fraction(x)).sum::<Real>() / 512.0;
+    let mean =
+        |phase: &OverlappingGrains, z: [Real; 2]| samples(z).map(|x| phase.void_fraction(x)).sum::<Real>() / 512.0;
     let interior = mean(&closed, [5.0, 6.0]);
     let spread = samples([5.0, 6.0]).map(|x| (closed.void_fraction(x) - interior).abs()).fold(0.0, Real::max);
     let (at_wall, without_images) = (mean(&closed, [0.0, 1.0]), mean(&open, [0.0, 1.0]));

@@ -6,7 +6,7 @@ use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
-use sazanami_mps::grains::{AddedMass, Coupling, DragExchange, DragParameters, GrainPhase, Lift};
+use sazanami_mps::grains::{AddedMass, DragIntegration, DragParameters, Lift, OverlapSettings, OverlappingGrains};
 use sazanami_mps::pressure::Tolerance;
 use sazanami_mps::scheme::{Fluid, Scheme};
 use sazanami_mps::solver::{FluidParticle, ParticleSettings, SetupError, Solver, StepError};
@@ -122,20 +122,20 @@ impl Vessel {
         Engine::new(domain, setup, &self.grains)
     }
 
-    pub(super) fn grain_phase(&self, domain: &Domain) -> Result<GrainPhase, DemError> {
+    pub(super) fn overlapping_grains(&self, domain: &Domain) -> Result<OverlappingGrains, DemError> {
         if self.grains.is_empty() {
-            return GrainPhase::none(domain);
+            return OverlappingGrains::none(domain);
         }
-        let coupling = Coupling {
+        let coupling = OverlapSettings {
             drag: DragParameters::recommended(DENSITY, DENSITY * VISCOSITY),
             smoothing: 3.0 * DIAMETER,
             least_void: 0.3,
-            exchange: DragExchange::Lagged,
+            drag_integration: DragIntegration::Explicit,
             added_mass: AddedMass::NONE,
             lift: Lift::None,
             substeps: Substeps::Auto,
         };
-        Ok(GrainPhase::new(domain, self.engine(domain)?, coupling))
+        Ok(OverlappingGrains::new(domain, self.engine(domain)?, coupling))
     }
 
     /// The solver, on one rank.
@@ -151,7 +151,7 @@ impl Vessel {
             tolerance: Tolerance::default(),
             reference: self.reference,
         };
-        let grains = self.grain_phase(&domain)?;
+        let grains = self.overlapping_grains(&domain)?;
         Ok(Solver::new(domain, settings, self.tank(), &self.fluid, grains)?)
     }
 }

@@ -177,3 +177,21 @@ pub(super) fn aligned<const N: usize>(header: &[String; N], rows: &[[String; N]]
         .map(|row| row.iter().zip(widths).map(|(cell, width)| format!("{cell:>width$}")).collect::<Vec<_>>().join("  "))
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::overlap;
+
+    #[test]
+    fn the_overlap_of_the_packing_is_told_where_it_was_deeper() {
+        let told = |worst| overlap(&json!({ "worst": worst }), "a radius");
+        assert_eq!(told(json!({ "overlap_relative": 0.041 })), Some("4.1 % of a radius".into()));
+        let packed = told(json!({ "overlap_relative": 0.041, "packing_overlap_relative": 0.077 }));
+        assert_eq!(packed, Some("4.1 % of a radius, 7.7 % while the bed was packed".into()));
+        let shallow = told(json!({ "overlap_relative": 0.041, "packing_overlap_relative": 0.01 }));
+        assert_eq!(shallow, Some("4.1 % of a radius".into()));
+        assert_eq!(told(json!({ "packing_overlap_relative": 0.077 })), None);
+    }
+}

@@ -2,7 +2,7 @@
 //! rest, and the grains let go. What comes of it is kept, and found again by what it was made of.
 
 use sazanami_dem::{Engine, Packing};
-use sazanami_mps::grains::GrainPhase;
+use sazanami_mps::grains::OverlappingGrains;
 use sazanami_mps::snapshot::GRAINS;
 use sazanami_mps::solver::{Forcing, Solver, StepReport};
 use sazanami_numerics::domain::Domain;
@@ -117,7 +117,7 @@ fn restored(job: &Job, domain: Domain, snapshot: &Snapshot) -> Result<Solver, Ra
     let setup = particles::setup(case, &job.shapes);
     let engine = Engine::restore(&domain, setup, GRAINS, snapshot).map_err(StateError::Grains)?;
     let engine = grains::expecting(case, engine);
-    let grains = GrainPhase::new(&domain, engine, particles::coupling(case));
+    let grains = OverlappingGrains::new(&domain, engine, particles::coupling(case));
     let settings = particles::settings(case, particles::level(case, case.domain.lower.z));
     let solver = Solver::restore(domain, settings, case.tank(), grains, snapshot);
     Ok(solver.map_err(StateError::Restore)?)
@@ -148,7 +148,7 @@ fn poured(
     start::clear_of_gates(job, &domain, &engine)?;
     let bed_height = recorder.measure_bed(&domain, &engine);
     start::liquids_fit(job, bed_height)?;
-    let grains = particles::grain_phase(case, &domain, engine);
+    let grains = particles::overlapping_grains(case, &domain, engine);
     let particles::Poured { particles: fluid, asked } = particles::fill(case, &domain, &grains, bed_height);
     if case.has_liquid() {
         recorder.say(&format!("poured {} particles of water", fluid.len()));

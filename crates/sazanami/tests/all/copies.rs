@@ -59,7 +59,7 @@ const CHANGES: &[&str] = &[
     "fluid.liquid={ density = \"13500 kg/m^3\", kinematic_viscosity = \"1e-7 m^2/s\" }",
     "fluid.gas={ density = \"900 kg/m^3\", kinematic_viscosity = \"1e-3 m^2/s\" }",
     "fluid.dt_max=10 us",
-    "fluid.projection=incremental",
+    "fluid.pressure_form=incremental",
     "bed.porosity_lower=6 mm",
     "output.series={ every = \"3 us\" }",
     "output.fields={ at = [] }",

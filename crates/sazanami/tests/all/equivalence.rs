@@ -92,7 +92,7 @@ const CASES: [Small; 10] = [
         overrides: &[
             "fluid.convection=velocity_form",
             "coupling.exchange=stress",
-            "fluid.projection=incremental",
+            "fluid.pressure_form=incremental",
             "fluid.viscosity=crank_nicolson",
             "fluid.dt=0.08 ms",
         ],

@@ -49,7 +49,7 @@ fn a_sphere_is_the_same_by_its_diameter_and_by_a_factor() {
         let of_kind = [kind.size_m, kind.mass_kg].map(|value| format!("{:.9e}", value.unwrap_or(Real::NAN)));
         format!("{} {:.9e} {} {of_kind:?} {:?}", case.overlap.smoothing, report.dt_s, report.substeps, report.particles)
     };
-    for overrides in [&[][..], &["overlap.exchange=lagged"], &["contact.default.normal_stiffness=1e5 N/m"]] {
+    for overrides in [&[][..], &["overlap.drag_integration=explicit"], &["contact.default.normal_stiffness=1e5 N/m"]] {
         assert_eq!(report(&whole, overrides), report(&factored, overrides), "{overrides:?}");
     }
     let [of_ripples, factored_ripples] =

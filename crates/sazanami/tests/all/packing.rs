@@ -139,6 +139,10 @@ fn a_levelled_bed_on_a_grid_is_flat_and_comes_to_rest_again() {
         let folder = scratch.join(name);
         start(&load(BED, changes), &folder, on).unwrap_or_else(|error| panic!("{name}: {error}"));
         let left = Left::in_folder(&folder);
+        // The bed is at rest as the flow begins: its weight presses the contacts less deep than soft springs let them be.
+        let [overlap, while_packed] = ["overlap_relative", "packing_overlap_relative"]
+            .map(|key| left.summary["worst"][key].as_f64().expect("a number"));
+        assert!(overlap > 0.0 && while_packed > 3.0 * overlap, "{name}: {overlap}, {while_packed}");
         let bed = &left.summary["observables"]["bed"];
         let [height, speed] = ["height_mm", "mean_speed"].map(|name| bed[name].as_f64().expect("a number"));
         (left.summary["counts"]["grains"].as_u64().expect("a number"), height, speed)

@@ -22,8 +22,8 @@ fn surface_tensions_that_make_no_sense_are_refused_with_the_way_out() {
     assert!(refusal(&["fluid.surface_tension=-0.07 N/m"]).contains("fluid.surface_tension"));
     let particles = refusal(&["solver=mps", "particles.spacing=62.5 um"]);
     assert!(particles.contains("surface tension with `solver = \"mps\"`") && particles.contains("mics"), "{particles}");
-    let incremental = refusal(&["fluid.projection=incremental"]);
-    assert!(incremental.contains("projection = \"full\""), "{incremental}");
+    let incremental = refusal(&["fluid.pressure_form=incremental"]);
+    assert!(incremental.contains("pressure_form = \"full\""), "{incremental}");
     let carried = refusal(&["fluid.carrying_flow={ uniform = { velocity = [\"0 m/s\", \"1 m/s\", \"0 m/s\"] } }"]);
     assert!(carried.contains("surface tension and a carrying flow"), "{carried}");
     let wave =

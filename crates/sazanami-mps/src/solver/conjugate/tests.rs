@@ -7,7 +7,7 @@ use crate::boundary::{Side, Tank, WallFriction};
 use crate::conjugate::exchange::{Received, add_stress};
 use crate::conjugate::shift::find_means;
 use crate::conjugate::surroundings::Near;
-use crate::grains::GrainPhase;
+use crate::grains::OverlappingGrains;
 use crate::momentum::FluidImpulses;
 use crate::particles::Role;
 use crate::pressure::Tolerance;
@@ -57,7 +57,7 @@ fn posed_of(
         reference: Vector::ZERO,
     };
     let tank = Tank::new(Vector::ZERO, upper, sides, WallFriction::Slip);
-    let grains = GrainPhase::none(&domain).unwrap();
+    let grains = OverlappingGrains::none(&domain).unwrap();
     let mut solver = Solver::new(domain, settings, tank, fluid, grains).unwrap();
     let widest = Real::cbrt(2.5);
     prepare(&mut solver, widest, void);

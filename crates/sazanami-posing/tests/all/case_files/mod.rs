@@ -146,7 +146,7 @@ fn the_literal_preset_follows_the_letter() {
     assert_eq!(literal.coupling.exchange, Exchange::Stress);
     assert_eq!(literal.fluid.step, StepChoice::Fixed(1e-5));
     assert_eq!(
-        (literal.fluid.projection, literal.fluid.viscosity),
+        (literal.fluid.pressure_form, literal.fluid.viscosity),
         (PressureForm::Incremental, ViscosityScheme::CrankNicolson)
     );
     assert_eq!(literal.dem.substeps, Substeps::Fixed(325));

@@ -1,7 +1,7 @@
 //! Mound and ripples of a bed, and what published formulas expect.
 
 use sazanami_numerics::Real;
-use sazanami_observe::ripples::{BedFormSettings, BedForms, SurfaceProfile, Tank};
+use sazanami_observe::ripples::{BedFormSettings, BedForms, SurfaceProfile, TankInside};
 use serde_json::{Map, Value, json};
 
 use super::closed;
@@ -17,7 +17,7 @@ pub(crate) fn form_settings(case: &Case) -> Option<BedFormSettings> {
 /// Mound and ripples on the main surface of a bed.
 pub(crate) fn forms_of(
     how: &meaning::Ripples,
-    tank: &Tank,
+    tank: &TankInside,
     profile: &SurfaceProfile,
     settings: &BedFormSettings,
 ) -> BedForms {
@@ -30,7 +30,7 @@ pub(crate) fn surface_json(
     relief: Option<Real>,
     forms: &BedForms,
     flow: Option<&BedReport>,
-    tank: &Tank,
+    tank: &TankInside,
 ) -> Map<String, Value> {
     let mut found = forms_json(forms);
     found.insert("relief_mm".into(), json!(relief.map(|relief| 1e3 * relief)));

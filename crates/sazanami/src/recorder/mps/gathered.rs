@@ -7,7 +7,7 @@ use sazanami_mps::solver::Solver;
 use sazanami_mps::weight::Weight;
 use sazanami_mps::{Kind, Role};
 use sazanami_numerics::{Real, Vector};
-use sazanami_observe::ripples::{GrainView, Interpolation, SurfaceProfile, Tank, WaterView, water_surface};
+use sazanami_observe::ripples::{GrainView, Interpolation, SurfaceProfile, TankInside, WaterView, water_surface};
 
 use super::TankSums;
 use crate::recorder::grain_files::in_tank;
@@ -283,7 +283,7 @@ impl GatheredTank {
     }
 
     /// Means over the water around places.
-    pub fn around<'a>(&'a self, tank: &'a Tank) -> Interpolation<'a, impl Fn(Real) -> Real> {
+    pub fn around<'a>(&'a self, tank: &'a TankInside) -> Interpolation<'a, impl Fn(Real) -> Real> {
         let weight = Weight { radius: self.cutoff };
         Interpolation {
             tank,
@@ -296,7 +296,7 @@ impl GatheredTank {
     }
 
     /// Surface of the water.
-    pub fn surface(&self, tank: &Tank) -> SurfaceProfile {
+    pub fn surface(&self, tank: &TankInside) -> SurfaceProfile {
         water_surface(tank, &self.water_view(), 0.5 * self.spacing, self.spacing)
     }
 

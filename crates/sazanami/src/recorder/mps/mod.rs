@@ -16,7 +16,7 @@ use sazanami_mps::stability::COMPRESSIBLE;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::budget::{FluidMomentumBudget, ParticleImpulses};
-use sazanami_observe::ripples::{self, BedFormSettings, BedForms, LayerMeans, SurfaceProfile, Tank};
+use sazanami_observe::ripples::{self, BedFormSettings, BedForms, LayerMeans, SurfaceProfile, TankInside};
 use serde_json::{Map, json};
 
 use super::bed::GatheredGrains;
@@ -87,7 +87,7 @@ pub(super) struct TankSums {
 
 /// Observer of a run with moving particles.
 pub(crate) struct ParticleObserver {
-    tank: Tank,
+    tank: TankInside,
     settings: Option<meaning::Ripples>,
     /// Flow over the bed, where the tank swings.
     flow: Option<BedReport>,
@@ -162,7 +162,7 @@ impl ParticleObserver {
 }
 
 /// The profile of a bed without its short gaps: a bed may have a hole.
-pub(crate) fn closed(case: &meaning::Ripples, tank: &Tank, profile: &SurfaceProfile) -> SurfaceProfile {
+pub(crate) fn closed(case: &meaning::Ripples, tank: &TankInside, profile: &SurfaceProfile) -> SurfaceProfile {
     let longest = 4.0 * case.grain_size;
     match tank.ends {
         ripples::Sides::Periodic => profile.with_gaps_closed_around(longest),
@@ -171,7 +171,7 @@ pub(crate) fn closed(case: &meaning::Ripples, tank: &Tank, profile: &SurfaceProf
 }
 
 /// Relief of the surface of a bed off the end walls \[m], if it has no gaps.
-pub(crate) fn relief_of(case: &meaning::Ripples, tank: &Tank, profile: &SurfaceProfile) -> Option<Real> {
+pub(crate) fn relief_of(case: &meaning::Ripples, tank: &TankInside, profile: &SurfaceProfile) -> Option<Real> {
     ripples::relief(&closed(case, tank, profile), tank.reach(case.margin)).ok()
 }
 
@@ -192,12 +192,12 @@ fn unlikely_speed(case: &Case) -> Real {
 }
 
 /// The tank as ripples are measured in it.
-pub(crate) fn tank_of(case: &Case) -> Tank {
+pub(crate) fn tank_of(case: &Case) -> TankInside {
     let [ends, sides] =
         [0, 1].map(|d| if case.periodic()[d] { ripples::Sides::Periodic } else { ripples::Sides::Walls });
     let (lower, upper) = (case.domain.lower, case.domain.upper);
     let lid = (!case.boundary[2][1].is_open() && !case.periodic()[2]).then_some(upper.z);
-    Tank { x: [lower.x, upper.x], y: [lower.y, upper.y], floor: lower.z, lid, ends, sides }
+    TankInside { x: [lower.x, upper.x], y: [lower.y, upper.y], floor: lower.z, lid, ends, sides }
 }
 
 impl Observer for ParticleObserver {

@@ -4,7 +4,7 @@ use std::cell::OnceCell;
 
 use sazanami_io::table::Value;
 use sazanami_numerics::{Real, Vector};
-use sazanami_observe::ripples::{Sides, SurfaceProfile, Tank};
+use sazanami_observe::ripples::{Sides, SurfaceProfile, TankInside};
 use sazanami_posing::assembly::grains::identifier;
 
 use super::gathered::GatheredTank;
@@ -66,14 +66,20 @@ const OF_BODY: &[Cell<OfBody>] = quantities! {
 
 /// Source of the probes' values.
 struct View<'a> {
-    tank: &'a Tank,
+    tank: &'a TankInside,
     gathered: &'a GatheredTank,
     /// Surface of the water, once it is asked for.
     surface: OnceCell<SurfaceProfile>,
 }
 
 /// Values of the probes that are `asked`.
-pub(super) fn read(case: &Case, tank: &Tank, gathered: &GatheredTank, time: Real, asked: &[bool]) -> Vec<Vec<Value>> {
+pub(super) fn read(
+    case: &Case,
+    tank: &TankInside,
+    gathered: &GatheredTank,
+    time: Real,
+    asked: &[bool],
+) -> Vec<Vec<Value>> {
     let view = View { tank, gathered, surface: OnceCell::new() };
     let found =
         |(probe, asked): (&Probe, &bool)| if *asked { measure(case, &view, time, &probe.place) } else { Vec::new() };
@@ -108,7 +114,7 @@ fn measure(case: &Case, view: &View<'_>, time: Real, place: &ProbePlace) -> Vec<
 }
 
 /// Means over the particles around each point, weighted by their volume and distance; nothing where there are too few.
-fn at_points(case: &Case, tank: &Tank, gathered: &GatheredTank, time: Real, points: &[Vector]) -> Vec<Value> {
+fn at_points(case: &Case, tank: &TankInside, gathered: &GatheredTank, time: Real, points: &[Vector]) -> Vec<Value> {
     let body_force = case.effective_gravity([time; 2]);
     let [_, drift] = case.to_written_frame(time);
     let around = gathered.around(tank);

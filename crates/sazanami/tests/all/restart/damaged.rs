@@ -152,6 +152,7 @@ fn made_older(folder: &Path, key: &str, program: serde_json::Value) {
     let older = gone(older, "[fluid]\n", "vof = \"plic\"\n");
     let older = gone(older, "[coupling]\n", "alpha = \"columns(4)\"\n");
     let older = gone(older, "[dem]\n", "contact_start = \"touch\"\nrolling = \"none\"\nslip_direction = \"force\"\n");
+    let older = older.replace("pressure_form = \"full\"", "projection = \"full\"");
     let older = gone(older, "normal_damping = ", "damping = \"literal\"\nnormal_damping = ");
     std::fs::write(&path, &older).expect("the run left it");
     let reader = crate::support::newest(folder);

@@ -93,7 +93,7 @@ fn a_run_with_live_contacts_and_growing_steps() {
 fn a_run_with_fixed_steps_and_the_old_pressure_in_the_predictor() {
     let literal = [
         "fluid={ dt = \"50 us\", tol_div = 1e-8 }",
-        "fluid.projection=incremental",
+        "fluid.pressure_form=incremental",
         "fluid.convection=velocity_form",
         "coupling.exchange=stress",
     ];
