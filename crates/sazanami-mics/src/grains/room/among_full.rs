@@ -42,6 +42,8 @@ pub(super) struct AmongFull {
     around: Field<Real>,
     /// Full cells of each plane of the interior that are not among full ones.
     edges: Vec<Vec<u32>>,
+    /// Whether each row of the interior has cells among full ones.
+    rows: Vec<bool>,
     /// Velocity after a round; in a transport that of the volume that grains carry through the lower faces [m/s].
     pub velocity: [Field<Real>; 3],
     strides: [usize; 3],
@@ -53,6 +55,7 @@ impl AmongFull {
             room: domain.field(0.0),
             around: domain.field(0.0),
             edges: (0..domain.cells()[2]).map(|_| Vec::with_capacity(256)).collect(),
+            rows: vec![false; domain.cells()[1] * domain.cells()[2]],
             velocity: std::array::from_fn(|_| domain.field(0.0)),
             strides: domain.strides().map(|stride| stride as usize),
         }
@@ -76,7 +79,7 @@ impl AmongFull {
     /// Finds the cells; rounds do not change them. The first ghost layer of both fields must be filled.
     pub fn find(&mut self, domain: &Domain, imprint: &Imprint, fraction: &Field<Real>, open: &Field<Real>) {
         let (c, v, alpha) = (fraction.data(), open.data(), imprint.solid_fraction.data());
-        let Self { room, around, edges, strides, .. } = self;
+        let Self { room, around, edges, rows, strides, .. } = self;
         domain.for_each_row(&domain.interior(), room.data_mut(), |row, room| {
             room.iter_mut().zip(row.shifted(0)).for_each(|(room, at)| *room = usable(v[at]));
         });
@@ -85,9 +88,11 @@ impl AmongFull {
         let [n1, n2, n3] = domain.cells();
         let [_, width, plane] = strides;
         let of_around = Rows { data: &mut around.data_mut()[GHOSTS * plane..(GHOSTS + n3) * plane], width: plane };
-        for_each_chunk((of_around, &mut edges[..]), 1, |k, (around, edges)| {
+        let of_rows = Rows { data: &mut rows[..], width: n2 };
+        for_each_chunk((of_around, &mut edges[..], of_rows), 1, |k, (around, edges, rows)| {
             edges[0].clear();
-            for j in 0..n2 {
+            for (j, has_some) in rows.data.iter_mut().enumerate() {
+                *has_some = false;
                 let first = (GHOSTS + j) * width + GHOSTS;
                 around.data[first..first + n1].fill(0.0);
                 let of_row = &c[(GHOSTS + k) * plane + first..][..n1];
@@ -101,6 +106,7 @@ impl AmongFull {
                     if alpha[at] == 0.0 && v[at] > LIGHT && (0..3).all(are_full) {
                         around.data[place] =
                             strides.into_iter().map(|stride| room[at - stride] + room[at + stride]).sum();
+                        *has_some = true;
                     } else {
                         edges[0].push(at as u32);
                     }
@@ -109,8 +115,16 @@ impl AmongFull {
         });
     }
 
-    /// Sets the `rates` of what they hand on in this round, none in all other cells, and the sum for each row.
-    pub fn hand_on(&self, domain: &Domain, excess: &Field<Real>, rates: &mut Field<Real>, handed: &mut [Real]) {
+    /// Sets the `rates` of what they hand on in this round, none in all other cells, and the sum for each row: in the `first` round all over
+    /// the box, then in the rows that have some of them or where the round before `handed` something on.
+    pub fn hand_on(
+        &self,
+        domain: &Domain,
+        first: bool,
+        excess: &Field<Real>,
+        rates: &mut Field<Real>,
+        handed: &mut [Real],
+    ) {
         let [_, width, plane] = self.strides;
         let [n1, n2, n3] = domain.cells();
         let (x, around) = (excess.data(), self.around.data());
@@ -120,8 +134,15 @@ impl AmongFull {
             for (j, handed) in handed.data.iter_mut().enumerate() {
                 let place = (GHOSTS + j) * width + GHOSTS;
                 let at = (GHOSTS + k) * plane + place;
-                let (x, around, rates) = (&x[at..][..n1], &around[at..][..n1], &mut rates.data[place..][..n1]);
-                *handed = 0.0;
+                let rates = &mut rates.data[place..][..n1];
+                let before = std::mem::take(handed);
+                if !self.rows[n2 * k + j] {
+                    if first || before > 0.0 {
+                        rates.fill(0.0);
+                    }
+                    continue;
+                }
+                let (x, around) = (&x[at..][..n1], &around[at..][..n1]);
                 for i in 0..n1 {
                     let is_one = around[i] > 0.0 && goes(x[i]);
                     rates[i] = if is_one { PART * (x[i] / around[i]).max(-1.0) } else { 0.0 };
@@ -143,12 +164,15 @@ impl AmongFull {
     ) {
         let [n1, n2, n3] = domain.cells();
         let [_, width, plane] = self.strides;
-        let Self { room, around, velocity: next, strides, .. } = self;
+        let Self { room, around, rows, velocity: next, strides, .. } = self;
         let beside = |at: usize| strides.iter().flat_map(move |stride| [at - stride, at + stride]);
         let (room, around, rates, open) = (room.data(), around.data(), rates.data(), open.data());
         let n_rows = plane / width;
-        // What enters from other ranks is in the ghosts; rows at the ends of the rank are looked at in any case.
+        // What enters from other ranks is in the ghosts; rows at the ends of the rank that have such cells are looked at in any case.
         let is_reached = |j: usize, k: usize| {
+            if !rows[n2 * k + j] {
+                return false;
+            }
             let at_end = j == 0 || k == 0 || j + 1 == n2 || k + 1 == n3;
             let beside = || [n2 * k + j, n2 * k + j - 1, n2 * k + j + 1, n2 * (k - 1) + j, n2 * (k + 1) + j];
             let first = ((GHOSTS + k) * n_rows + GHOSTS + j) * width + GHOSTS;

@@ -363,7 +363,7 @@ impl Room {
                 among.find(domain, imprint, &flow.volume_fraction, &self.open);
             }
             if moved {
-                among.hand_on(domain, &self.excess, rates, handed);
+                among.hand_on(domain, first, &self.excess, rates, handed);
             } else {
                 handed.fill(0.0);
             }

@@ -31,7 +31,7 @@ fn cells_among_full_ones_take_what_cells_one_by_one_do() {
     let imprint = Imprint::new([n1, n2, n3], VolumeFractionMethod::Clip);
     let (mut among, mut rates, mut handed) = (AmongFull::new(&domain), domain.field(0.0), vec![0.0; n2 * n3]);
     among.find(&domain, &imprint, &flow.volume_fraction, &open);
-    among.hand_on(&domain, &excess, &mut rates, &mut handed);
+    among.hand_on(&domain, true, &excess, &mut rates, &mut handed);
     assert!(places.iter().all(|&(at, _)| among.holds(at)) && handed.iter().all(|&row| row > 0.0));
     // The same cells one by one.
     let (given, before) = (excess.clone(), flow.velocity.clone());
@@ -71,6 +71,31 @@ fn cells_among_full_ones_take_what_cells_one_by_one_do() {
     }
     // Control: the round has moved something.
     assert!(places.iter().any(|&(at, _)| (excess.data()[at] - given.data()[at]).abs() > 1e-3));
+}
+
+#[test]
+fn rows_without_cells_among_full_ones_keep_no_rates() {
+    let domain = Domain::solo(Grid::new([4, 3, 3], Vector::ZERO, Vector::ONE), [false; 3]);
+    let [gas, mut excess, mut rates] = [0.0; 3].map(|value| domain.field(value));
+    let open = domain.field(1.0);
+    let imprint = Imprint::new([4, 3, 3], VolumeFractionMethod::Clip);
+    let (mut among, mut handed) = (AmongFull::new(&domain), vec![0.0; 9]);
+    among.find(&domain, &imprint, &gas, &open);
+    let (here, there) = (excess.at(2, 1, 1), excess.at(1, 2, 0));
+    excess.data_mut()[here] = 0.1;
+    let mut left = |rates_before: [Real; 2], handed_before: [Real; 2], first: bool| {
+        rates.data_mut()[here] = rates_before[0];
+        rates.data_mut()[there] = rates_before[1];
+        (handed[3 + 1], handed[2]) = handed_before.into();
+        among.hand_on(&domain, first, &excess, &mut rates, &mut handed);
+        assert!(handed.iter().all(|&row| row == 0.0));
+        [rates.data()[here], rates.data()[there]]
+    };
+    // Of earlier rounds in the first round, of the round before in others.
+    assert_eq!(left([0.3, 0.2], [0.0, 0.0], true), [0.0, 0.0]);
+    assert_eq!(left([0.3, 0.2], [0.1, 0.1], false), [0.0, 0.0]);
+    // Control: rows that the round before left alone are not looked at.
+    assert_eq!(left([0.3, 0.2], [0.1, 0.0], false), [0.0, 0.2]);
 }
 
 #[test]
