@@ -178,6 +178,8 @@ fn check_idle(case: &Case, cx: &mut Context<'_>) {
         ("drive.mean_velocity", dry && !net, "there is no liquid whose velocity could be held"),
         ("dem.film_roughness", bare && dem.film_roughness != usual.film_roughness, "there are no grains"),
         ("dem.bridges", bare, "there are no grains"),
+        ("dem.soften", bare, "there are no grains"),
+        ("dem.soften", case.run.packing_only, "the run packs its bed, with springs of its own, and ends"),
         ("dem.substeps", bare && dem.substeps != usual.substeps, "there are no grains"),
         ("dem.rolling_friction", bare && dem.rolling_friction != usual.rolling_friction, "there are no grains"),
         ("coupling", bare && case.coupling != Coupling::default(), "there are no grains"),

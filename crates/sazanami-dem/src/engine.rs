@@ -283,6 +283,15 @@ impl Engine {
         self.listed = false;
     }
 
+    /// Leaves this part of the stiffness of every contact from now on, and ends a sub-step in which one is deeper than `largest_overlap`,
+    /// over the smaller radius. Restitution and friction stay. All ranks take part.
+    pub fn soften(&mut self, domain: &Domain, stiffness: Real, largest_overlap: Real) {
+        let mut interactions = self.interactions.clone();
+        interactions.scale_stiffness(stiffness);
+        self.set_interactions(domain, interactions);
+        self.largest_overlap_allowed = largest_overlap;
+    }
+
     /// Walls, where they are now.
     #[must_use]
     pub fn walls(&self) -> &[Wall] {

@@ -224,7 +224,7 @@ impl Solver {
     /// The longest stable next step, the limit that sets it, and the number of fluid passes in it.
     #[must_use]
     pub fn stable_step(&self) -> StableStep {
-        let [grain_motion, grain_turn] = self.grains.motion_rates(&self.domain);
+        let [grain_motion, grain_turn] = self.grains.motion_rates(&self.domain, self.settings.limits.courant);
         let rates = Rates {
             advective: self.flow.advective_rate(&self.domain),
             viscous: self.flow.viscous_rate(&self.domain),
@@ -422,6 +422,12 @@ impl Solver {
             grains.imprint(domain);
         }
         Ok(count)
+    }
+
+    /// Softens the contacts of the grains; see [`Engine::soften`].
+    pub fn soften_contacts(&mut self, stiffness: Real, largest_overlap: Real) {
+        let Self { domain, grains, .. } = self;
+        grains.engine_mut().soften(domain, stiffness, largest_overlap);
     }
 
     /// Feeds in grains, and lets those go whose identifier `which` takes; see [`Engine::feed`] and [`Engine::let_go_fed`]. What they change

@@ -52,7 +52,7 @@ pub struct Rates {
     pub viscous: Real,
     /// Reciprocal of the longest step that follows the shortest capillary wave.
     pub capillary: Real,
-    /// Largest speed of a grain over the smallest cell width, that by which its turn moves the surface added.
+    /// Reciprocal of the longest step in which no grain goes farther than its [`travel`].
     pub grain_motion: Real,
     /// Largest angular velocity of a grain.
     pub grain_turn: Real,
@@ -60,13 +60,28 @@ pub struct Rates {
     pub contact: Real,
 }
 
+/// Largest displacement in a step of a grain whose middle extent is `width` cells, that of its surface by its turn added, in cell
+/// widths: 0.45, as far as the fluid, up to four cells, and 0.2 from six on, where the force swings as faces of cells are crossed.
+#[must_use]
+pub fn travel(width: Real) -> Real {
+    let wide = ((width - NARROW) / (WIDE - NARROW)).clamp(0.0, 1.0);
+    COURANT + wide * (TRAVEL_OF_WIDE - COURANT)
+}
+
+/// Largest Courant number.
+const COURANT: Real = 0.45;
+/// Displacement of wide grains in a step, in cell widths.
+const TRAVEL_OF_WIDE: Real = 0.2;
+/// Width in cells from which on grains go less far in a step.
+const NARROW: Real = 4.0;
+/// Width in cells from which on grains go least far in a step.
+const WIDE: Real = 6.0;
+
 /// Bounds on the time step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepLimits {
     /// Largest Courant number, summed over the directions; stable below 1/2.
     pub courant: Real,
-    /// Largest displacement of a grain in a step, that of its surface by its turn added, in cell widths.
-    pub grain_travel: Real,
     /// Largest angle by which a grain turns in a step \[rad].
     pub grain_turn: Real,
     /// Largest ratio of a step to the one before.
@@ -81,7 +96,7 @@ impl StepLimits {
     /// The recommended limits with a longest step \[s].
     #[must_use]
     pub const fn up_to(longest: Real) -> Self {
-        Self { courant: 0.45, grain_travel: 0.2, grain_turn: 0.4, growth: 1.2, longest, fixed: None }
+        Self { courant: COURANT, grain_turn: 0.4, growth: 1.2, longest, fixed: None }
     }
 
     /// Steps of a fixed length \[s].
@@ -99,7 +114,7 @@ impl StepLimits {
             (after(self.courant, rates.advective), Limit::Advective),
             (after(1.0, rates.viscous), Limit::Viscous),
             (after(1.0, rates.capillary), Limit::Capillary),
-            (after(self.grain_travel, rates.grain_motion), Limit::GrainMotion),
+            (after(1.0, rates.grain_motion), Limit::GrainMotion),
             (after(self.grain_turn, rates.grain_turn), Limit::GrainTurn),
             (after(1.0, rates.contact), Limit::Contact),
         ]
@@ -140,6 +155,13 @@ pub struct StableStep {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn narrow_grains_go_as_far_as_the_fluid_and_wide_ones_less() {
+        assert_eq!([1.0, 2.7, 4.0].map(travel), [0.45; 3]);
+        assert!((travel(5.0) - 0.325).abs() < 1e-15 && travel(4.5) > travel(5.5));
+        assert_eq!([6.0, 20.0].map(travel), [0.2; 2]);
+    }
 
     #[test]
     fn the_shortest_step_rules() {

@@ -215,6 +215,12 @@ impl Solver {
         Ok(count)
     }
 
+    /// Softens the contacts of the grains; see [`Engine::soften`].
+    pub fn soften_contacts(&mut self, stiffness: Real, largest_overlap: Real) {
+        let Self { domain, grains, .. } = self;
+        grains.engine_mut().soften(domain, stiffness, largest_overlap);
+    }
+
     /// Feeds in grains, and lets those go whose identifier `which` takes; see [`Engine::feed`] and [`Engine::let_go_fed`].
     ///
     /// # Errors

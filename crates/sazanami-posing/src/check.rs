@@ -89,6 +89,9 @@ pub fn check(case: &Case, known: Known, machine: &Machine, threads: usize, model
     let particles = particles::report(case);
     let tank = particles.as_ref().and_then(|particles| particles.tank.as_ref());
     let (pace, reached) = (Pace::at_start(case, &populations), Pace::reached(case, &populations, tank));
+    // What gets no faster than at the start slows down as foretold.
+    let faster = reached.stable < pace.stable || reached.passes > pace.passes;
+    let reached = if faster && reached.steps >= pace.steps { reached } else { pace.clone() };
     // Grains that only a bed file counts.
     let of_files: Real = case
         .grains
@@ -103,7 +106,11 @@ pub fn check(case: &Case, known: Known, machine: &Machine, threads: usize, model
     let room = if case.grains.iter().any(|population| population.moves()) { liquid_volume(case) } else { 0.0 };
     let liquid_cells = (room / case.domain.spacing().element_product()).min(cells as Real);
     let face_spheres = populations::on_faces(case, &populations);
-    let size = Size { cells, liquid_cells, grains, spheres: contact_spheres, face_spheres };
+    let of_grain = |population, report| populations::filled_cells(case, population, report).unwrap_or(0.0);
+    let filled =
+        case.grains.iter().zip(&populations).map(|(of, report)| in_flow(report) as Real * of_grain(of, report));
+    let filled_cells = filled.sum();
+    let size = Size { cells, liquid_cells, grains, filled_cells, spheres: contact_spheres, face_spheres };
     let packing = cost::packing_substeps(case, &populations, model);
     let substep_cause = substep_cause(case, &populations);
     let pictures = pictures::time(case, &populations, [pace.steps, pace.mean], model);
@@ -161,6 +168,8 @@ struct Size {
     /// Cells of liquid beside grains that move.
     liquid_cells: Real,
     grains: usize,
+    /// Cells that grains fill, of wide ones those by their surface.
+    filled_cells: Real,
     spheres: usize,
     /// Contact spheres on a flat face of each body that forces move.
     face_spheres: Real,

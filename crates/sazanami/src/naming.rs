@@ -16,13 +16,19 @@ pub(crate) fn grain_error(case: &Case, walls: &[Wall], error: &DemError) -> Stri
         DemError::GrainEscaped { id, position } => {
             format!("{} escaped from the box: its centre of mass is at {}", name(*id), place(*position))
         }
-        DemError::OverlapTooLarge { ids, fraction, position, substep } => format!(
-            "{} and {} overlap by {:.0} % of a contact sphere's radius at {} in sub-step {substep}",
-            name(ids[0]),
-            name(ids[1]),
-            1e2 * fraction,
-            place(*position)
-        ),
+        DemError::OverlapTooLarge { ids, fraction, position, substep } => {
+            let limit = case.dem.soften.map_or(String::new(), |softening| {
+                let limit = 1e2 * softening.largest_overlap;
+                format!("; `dem.soften` allows {limit:.1} %: soften less or later, in a new run")
+            });
+            format!(
+                "{} and {} overlap by {:.1} % of a contact sphere's radius at {} in sub-step {substep}{limit}",
+                name(ids[0]),
+                name(ids[1]),
+                1e2 * fraction,
+                place(*position)
+            )
+        }
         DemError::EnergyGained { id, time, gained, exchanged } => format!(
             "contacts gave the grains {gained:.3e} J more than they took of the {exchanged:.3e} J that they exchanged, most to {} \
              by {time:.6} s: their sub-steps are too long; leave `dem.substeps` and the step to the run, or take a softer contact",

@@ -42,6 +42,21 @@ pub struct Bridges {
     pub contact_angle: Real,
 }
 
+/// Softer springs from a time on, with the restitution and the friction that contacts have: where grains move slowly, sub-steps longer by
+/// the root of what is left of the stiffness do.
+#[derive(Clone, Copy, Debug, PartialEq, Keys)]
+pub struct Softening {
+    /// Time from which springs are softer.
+    #[key(unit = "s", range = NonNegative)]
+    pub from: Real,
+    /// Part that is left of the stiffness of every contact.
+    #[key(range = Between(1e-3, 0.999))]
+    pub stiffness: Real,
+    /// Overlap of two contact spheres over the smaller radius that ends the run from then on; looked for in each sub-step.
+    #[key(range = Between(1e-4, 0.5), default = 0.1)]
+    pub largest_overlap: Real,
+}
+
 /// Motion and contact of the grains.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Keys)]
 pub struct DemOptions {
@@ -77,6 +92,9 @@ pub struct DemOptions {
     /// Liquid bridges between wet grains, for spheres in a case without a body of liquid. Packed beds get them when the run begins.
     #[key(table)]
     pub bridges: Option<Bridges>,
+    /// Softer springs from a time on. Not for packing, which has its own.
+    #[key(table)]
+    pub soften: Option<Softening>,
     /// Contact with the vertical sides of the box where no `"a/wall"` says otherwise.
     #[key(word, default)]
     pub wall: WallContact,

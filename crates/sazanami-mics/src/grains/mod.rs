@@ -23,6 +23,7 @@ use crate::flow::Flow;
 use crate::grains::joint::Joint;
 use crate::grains::room::Room;
 use crate::momentum::Impulses;
+use crate::stability::travel;
 
 pub use exchange::{Exchange, RESOLVED};
 pub use imprint::{Imprint, ImprintReport, Pose, Share};
@@ -92,6 +93,8 @@ pub struct ResolvedGrains {
     shapes: Arc<[Shape]>,
     /// Least extent of each shape \[m].
     widths: Vec<Real>,
+    /// Middle one of the extents of each shape \[m].
+    middles: Vec<Real>,
     coupling: Coupling,
     imprint: Imprint,
     surface: Surface,
@@ -127,9 +130,11 @@ impl ResolvedGrains {
         let surfaces = coupling.exchange == Exchange::Surface;
         // Without grains the fields of the coupling take no memory.
         let cells = if at_first == 0 && !engine.expects_arrivals() { [0; 3] } else { domain.cells() };
+        let extents = shapes.iter().map(|shape| shape.extent().1 - shape.extent().0);
         let mut phase = Self {
             engine,
-            widths: shapes.iter().map(|shape| (shape.extent().1 - shape.extent().0).min_element()).collect(),
+            widths: extents.clone().map(|extent| extent.min_element()).collect(),
+            middles: extents.map(|extent| extent.element_sum() - extent.min_element() - extent.max_element()).collect(),
             shapes,
             coupling,
             imprint: Imprint::new(cells, coupling.volume_fractions()).with_areas(surfaces),
@@ -222,22 +227,24 @@ impl ResolvedGrains {
         self.at_first == 0 && !self.engine.expects_arrivals()
     }
 
-    /// Largest speed of a grain on any rank over the smallest cell width, that by which its turn moves the surface
-    /// along its normal added; and largest angular velocity [1/s].
+    /// Reciprocal of the longest step in which no grain on any rank goes farther than its [`travel`] and than the fluid at this Courant
+    /// number, what its turn moves the surface along its normal added; and largest angular velocity [1/s].
     #[must_use]
-    pub fn motion_rates(&self, domain: &Domain) -> [Real; 2] {
+    pub fn motion_rates(&self, domain: &Domain, courant: Real) -> [Real; 2] {
         let grains = self.engine.grains();
+        let cell = domain.grid().spacing.min_element();
         let of_batch = |batch: usize| {
             let mut fastest = [0.0_f64; 2];
             for n in batch * BATCH..((batch + 1) * BATCH).min(grains.owned()) {
                 let shape = &self.shapes[grains.shape[n] as usize];
                 let (scale, v, w) = (grains.scale[n], grains.velocity[n], grains.angular_velocity(n));
+                let travel = cell * travel(self.middles[grains.shape[n] as usize] * scale / cell).min(courant);
                 fastest[1] = fastest[1].max(w.length());
                 // Most grains are slower than the fastest whichever way they turn. With some reserve for round-off: the
                 // largest must not depend on the order.
-                if (v.length() + scale * shape.bounding_radius() * w.length()) * ROUND_UP > fastest[0] {
+                if (v.length() + scale * shape.bounding_radius() * w.length()) * ROUND_UP > fastest[0] * travel {
                     let turning = shape.turning_speed(grains.orientation[n].inverse() * w);
-                    fastest[0] = fastest[0].max(v.length() + scale * turning);
+                    fastest[0] = fastest[0].max((v.length() + scale * turning) / travel);
                 }
             }
             fastest
@@ -245,8 +252,7 @@ impl ResolvedGrains {
         let larger = |a: [Real; 2], b: [Real; 2]| [a[0].max(b[0]), a[1].max(b[1])];
         let mut fastest = reduce_over(grains.owned().div_ceil(BATCH), of_batch, larger).unwrap_or_default();
         domain.communicator().all_reduce(&mut fastest, Reduction::Max);
-        let [motion, turn] = fastest;
-        [motion / domain.grid().spacing.min_element(), turn]
+        fastest
     }
 
     /// Reciprocal of the longest step that a given number of sub-steps resolves the contacts in [1/s]; zero where

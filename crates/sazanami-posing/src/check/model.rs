@@ -14,10 +14,16 @@ pub struct CostModel {
     pub fluid: Real,
     /// [s per cell] with surface tension, plus
     pub tension: Real,
-    /// \[s], however few the cells.
+    /// \[s], however few the cells, plus
     pub pass: Real,
-    /// Volume fractions and loads [s per grain and fluid step], plus
-    pub coupling: Real,
+    /// [s per grain], plus
+    pub fluid_grain: Real,
+    /// [s per cell that grains fill]: friction on their surfaces, and iterations.
+    pub fluid_filled: Real,
+    /// Volume fractions, loads and room for the liquid [s per grain and fluid step], plus
+    pub coupling_grain: Real,
+    /// [s per cell that grains fill], plus
+    pub coupling_filled: Real,
     /// the room of the liquid beside grains that move [s per cell of liquid and fluid step].
     pub room: Real,
     /// Sub-step of the grains [s per grain], plus
@@ -60,10 +66,13 @@ impl Default for CostModel {
             fluid: 2.2e-7,
             tension: 4e-7,
             pass: 2e-4,
-            coupling: 9e-6,
+            fluid_grain: 1.05e-5,
+            fluid_filled: 2e-6,
+            coupling_grain: 1e-5,
+            coupling_filled: 1.5e-6,
             room: 4e-7,
-            substep_grain: 1.95e-7,
-            substep_sphere: 2e-10,
+            substep_grain: 2.2e-7,
+            substep_sphere: 3e-9,
             substep_face: 7.5e-8,
             parallel_share: 0.85,
             packing_rest: 4.0,

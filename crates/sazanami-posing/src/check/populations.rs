@@ -95,6 +95,13 @@ pub(super) fn on_faces(case: &Case, populations: &[PopulationReport]) -> Real {
     case.grains.iter().zip(populations).filter_map(spheres).sum()
 }
 
+/// Cells that a grain fills, on average; of a wide one those near its surface, of which the work is.
+pub(super) fn filled_cells(case: &Case, population: &Population, report: &PopulationReport) -> Option<Real> {
+    let volume = report.body.as_ref().map(|body| body.volume).or(population.shape.volume())?;
+    let cells = volume * population.sizes().mean_cube() / case.domain.spacing().element_product();
+    Some(cells.min(5.0 * cells.powf(2.0 / 3.0)))
+}
+
 /// Contact spheres of one grain, where known without reading files.
 pub(super) fn spheres_of(population: &Population) -> Option<usize> {
     match population.contact_spheres {

@@ -152,7 +152,7 @@ pub struct CheckReport {
     pub substep_cause: SubstepCause,
     /// Errors of oblique impacts that the length of the sub-steps brings, where grains move.
     pub impact_errors: Option<ImpactReport>,
-    /// Fluid steps, if the step stays as it is at the start.
+    /// Fluid steps, if the step stays as it is at the start, or grows as a liquid slows down on its bed.
     pub steps: Real,
     /// Fluid steps, if the step is that of the speeds that bodies reach from the start on.
     pub most_steps: Real,

@@ -103,15 +103,31 @@ pub(crate) fn substep_cause(case: &Case, populations: &[PopulationReport]) -> Su
 
 /// Sub-steps of the grains in a step of `dt` \[s].
 pub(super) fn of_step(case: &Case, populations: &[PopulationReport], dt: Real) -> usize {
+    of_step_with(case, populations, dt, &grains::wet_interactions(case))
+}
+
+/// The same with these contacts.
+fn of_step_with(case: &Case, populations: &[PopulationReport], dt: Real, interactions: &Interactions) -> usize {
     if case.grains.is_empty() {
         return 0;
     }
     match case.dem.substeps {
         Substeps::Fixed(n) => n,
-        Substeps::Auto => contact_step(case, populations, &grains::wet_interactions(case))
-            .map_or(1, |step| (dt / step).ceil() as usize)
-            .max(1),
+        Substeps::Auto => {
+            contact_step(case, populations, interactions).map_or(1, |step| (dt / step).ceil() as usize).max(1)
+        }
     }
+}
+
+/// The same in a step of the `mean` length in a run to `end` \[s], in which springs may become softer.
+pub(super) fn mean_of_step(case: &Case, populations: &[PopulationReport], mean: Real, end: Real) -> usize {
+    let own = of_step(case, populations, mean);
+    let Some(softening) = case.dem.soften.filter(|softening| softening.from < end) else { return own };
+    let mut soft = grains::wet_interactions(case);
+    soft.scale_stiffness(softening.stiffness);
+    let soft = of_step_with(case, populations, mean, &soft);
+    let part = 1.0 - softening.from / end;
+    (own as Real * (1.0 - part) + soft as Real * part).round() as usize
 }
 
 #[cfg(test)]

@@ -8,8 +8,8 @@ use sazanami_mics::stability::Limit;
 use sazanami_numerics::Real;
 
 use super::Search;
-use crate::assembly::grains;
-use crate::case::meaning::{PairContact, Solver, Substeps};
+use crate::assembly::grains::{self, smallest_sphere};
+use crate::case::meaning::{GrainPlacement, PairContact, Solver, Substeps};
 use crate::case::units::rounded;
 use crate::check::{
     Cause, CostModel, LimitReport, Pace, PopulationReport, ShapeFacts, SubstepCause, TankReport, fall_of,
@@ -47,6 +47,7 @@ impl Search<'_> {
         let populations = population_reports(case, facts);
         self.accuracy(&populations);
         self.crushing(&populations);
+        self.softening(&populations);
         let pace = Pace::reached(case, &populations, tank.as_ref());
         self.substeps(&populations, &pace);
         if !case.run.packing_only {
@@ -95,6 +96,54 @@ impl Search<'_> {
                 .error_at(span, "the coarse grains of this bed press the fine ones flat")
                 .label(format!("{} N/m; the heaviest grain on three of the finest asks for {}", rounded(own), number(needed, 0)))
                 .help("take stiffer contacts, or cut the distribution of sizes: `size.lognormal = { sigma = 1.0, lower = 0.3, upper = 3.0 }`");
+        }
+    }
+
+    /// Refuses springs that are softened in vain, or so far that the bed's weight alone presses its grains too deep by far.
+    fn softening(&mut self, populations: &[PopulationReport]) {
+        let case = self.case;
+        let Some(softening) = case.dem.soften else { return };
+        let near = |key: &str| self.loaded.places.near(&format!("dem.soften{key}"));
+        if let Substeps::Fixed(count) = case.dem.substeps {
+            self.report
+                .error_at(near(""), "softer springs make sub-steps longer, and `substeps` gives their number")
+                .label(format!("`substeps = {count}`"))
+                .help("leave out one of them");
+            return;
+        }
+        if softening.from >= case.run.until {
+            self.report
+                .warning(near(".from"), "springs are softened after the end of the run")
+                .label(format!("the run ends at {} s", rounded(case.run.until)))
+                .help("soften them before, or leave out `soften`");
+        }
+        let deepest = case.grains.iter().zip(populations).filter_map(|(population, report)| {
+            let (size, mass) = (report.size_m?, report.mass_kg?);
+            let body = report.body.as_ref().filter(|_| population.has_free_grains())?;
+            let piled = match population.placement {
+                GrainPlacement::Packed(_) | GrainPlacement::Bed(_) => {
+                    let floor = case.domain.extent().x * case.domain.extent().y;
+                    (report.levelled.or(report.grains)? as Real * size * size / floor).max(1.0)
+                }
+                _ => 1.0,
+            };
+            let laws =
+                case.contacts.iter().filter(|pair| pair.a == population.material || pair.b == population.material);
+            let radius = smallest_sphere(body) * population.sizes().smallest();
+            let softest = laws.map(|pair| pair.law.stiffness(radius)[0]).reduce(Real::min)?;
+            Some(piled * mass * case.resting_gravity().length() / (softening.stiffness * softest * radius))
+        });
+        let deepest = deepest.fold(0.0, Real::max);
+        // All of it on one contact: grains have several.
+        if deepest > 5.0 * softening.largest_overlap {
+            self.report
+                .error_at(near(".stiffness"), "so soft springs let the weight of the grains alone press them too deep")
+                .label(format!(
+                    "by some {:.1} % of a contact sphere's radius, where {:.1} % end the run",
+                    1e2 * deepest,
+                    1e2 * softening.largest_overlap
+                ))
+                .help("leave more of the stiffness");
         }
     }
 

@@ -69,6 +69,17 @@ fn runs_that_come_to_no_end_are_refused() {
                 "no length of the contact sub-steps keeps the error of impacts within 2e-6",
             ),
             (RAINDROP, "dem={allowed_error=0.01,substeps=20}", "`substeps` gives their number"),
+            (
+                RAINDROP,
+                "dem={soften={from=\"20 ms\",stiffness=0.5},substeps=20}",
+                "softer springs make sub-steps longer",
+            ),
+            (
+                RAINDROP,
+                "dem.soften={from=\"20 ms\",stiffness=0.001,largest_overlap=0.001}",
+                "so soft springs let the weight of the grains alone press them too deep",
+            ),
+            (RAINDROP, "dem.soften={from=\"20 ms\",stiffness=2}", "stiffness"),
             (RIPPLES, "frame.acceleration=[\"1e9 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"]", "this body force"),
             (RAINDROP, "gravity=1e9 m/s^2", "this body force"),
             (RAINDROP, "liquid.0.fall.speed=1e5 m/s", "faster than sound"),
@@ -76,6 +87,7 @@ fn runs_that_come_to_no_end_are_refused() {
     );
     std::fs::remove_file(&scratch).unwrap();
     assert!(findings(RIPPLES, &["run.until=7 s", "contact.default.normal_stiffness=1e5 N/m"]).0);
+    assert!(findings(RAINDROP, &["dem.soften={from=\"20 ms\",stiffness=0.25}"]).0);
     assert!(findings(RIPPLES, &["dem.allowed_error=0.01"]).0 && findings(RAINDROP, &["dem.substeps=20"]).0);
 }
 

@@ -9,7 +9,7 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::mean_flow::{MeanFlow, MeanFlowReport};
 use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
 
-use crate::case::meaning::Case;
+use crate::case::meaning::{Case, Softening};
 use crate::naming::grain_error;
 
 /// Why a step could not be completed.
@@ -67,6 +67,10 @@ macro_rules! named_alike {
             self.release(which)
         }
 
+        fn soften(&mut self, softening: &crate::case::meaning::Softening) {
+            self.soften_contacts(softening.stiffness, softening.largest_overlap);
+        }
+
         fn feed(&mut self, fed: &[Grain], which: impl Fn(u64) -> bool + Sync) -> Result<(), DemError> {
             self.feed(fed, which)
         }
@@ -122,6 +126,9 @@ pub(crate) trait Water: Sized {
 
     /// Lets the held grains whose identifier `which` takes move from now on; returns how many did not before. Collective.
     fn release(&mut self, which: impl Fn(u64) -> bool + Sync) -> Result<usize, DemError>;
+
+    /// Leaves a part of the stiffness of contacts from now on. Collective.
+    fn soften(&mut self, softening: &Softening);
 
     /// Feeds in grains, which every rank gives alike, and lets those go whose identifier `which` takes. Collective.
     fn feed(&mut self, fed: &[Grain], which: impl Fn(u64) -> bool + Sync) -> Result<(), DemError>;

@@ -73,6 +73,35 @@ fn grains_out_of_water_weigh_what_they_weigh() {
 }
 
 #[test]
+fn softer_springs_bear_the_same_weight_with_more_overlap_in_fewer_sub_steps() {
+    let folder = Scratch::new("softened");
+    let lying = ["grains.0.placement={ list = [{ position = [\"5 mm\", \"5 mm\", \"0.5 mm\"] }] }", "run.until=60 ms"];
+    // Overlap with the floor [mm], force on the floor over the weight, and sub-steps in a second, before and after 30 ms.
+    let of = |name: &str, keys: &[&str]| {
+        let run = folder.join(name);
+        start(&load(TANK, &[&lying, keys].concat()), &run, On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
+        let bead = crate::support::Table::read(&run.join("probes/bead.csv"));
+        let (times, heights) = (bead.column("time"), bead.column("position_3"));
+        let left = Left::in_folder(&run);
+        let [series, steps, dt, force] =
+            ["time", "grain_substeps", "dt", "contact_force_over_submerged_weight"].map(|name| left.column(name));
+        [0.029, 0.0599].map(|at| {
+            let [probe, row] =
+                [&times, &series].map(|times| times.iter().position(|time| *time >= at).expect("it ran"));
+            [0.5 - 1e3 * heights[probe], force[row], steps[row] / dt[row]]
+        })
+    };
+    let series = "output.series={ steps = 1 }";
+    let [hard, soft] = of("soft", &[series, "dem.soften={ from = \"30 ms\", stiffness = 0.25 }"]);
+    assert!((soft[0] / hard[0] - 4.0).abs() < 0.05, "{hard:?} {soft:?}");
+    assert!((hard[1] - 1.0).abs() < 1e-3 && (soft[1] - 1.0).abs() < 1e-2, "{hard:?} {soft:?}");
+    assert!((0.4..0.6).contains(&(soft[2] / hard[2])), "{hard:?} {soft:?}");
+    // Negative control: with its own springs it lies as it lay.
+    let [before, after] = of("hard", &[series]);
+    assert!((after[0] / before[0] - 1.0).abs() < 0.05 && before[0] == hard[0], "{before:?} {after:?} {hard:?}");
+}
+
+#[test]
 fn dry_grains_are_finer_than_the_particles_that_there_are_none_of() {
     let fine = ["grains.0.shape.sphere.diameter=0.3 mm"];
     assert!(crate::support::findings(TANK, &fine).is_empty(), "{:?}", crate::support::findings(TANK, &fine));

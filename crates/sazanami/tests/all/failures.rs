@@ -93,6 +93,12 @@ fn a_grain_that_passes_through_the_floor() {
         "contact.default.normal_stiffness=20 N/m",
         "grains.1.placement.list=[{ position = [\"0.7 mm\", \"3 mm\", \"2.6 mm\"], velocity = [\"0 m/s\", \"0 m/s\", \"-4 m/s\"] }]",
     ];
+    let softened = ["dem.soften={ from = \"0 s\", stiffness = 0.9, largest_overlap = 0.01 }"];
+    fails("softened", THROWN, &softened, "overlap", &[" overlap by ", "`dem.soften` allows 1.0 %"]);
+    // Negative control: as soft, where more is allowed.
+    let folder = Scratch::new("softened-control");
+    let allowed = load(THROWN, &["dem.soften={ from = \"0 s\", stiffness = 0.9, largest_overlap = 0.5 }"]);
+    start(&allowed, &folder.join("run"), On::ranks(1, 1)).unwrap_or_else(|error| panic!("{error}"));
     fails("floor", THROWN, &soft, "overlap", &["grain 0 of `thrown` and the side x3_lower overlap by "]);
 }
 

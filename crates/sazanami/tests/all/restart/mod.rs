@@ -90,6 +90,23 @@ fn a_run_with_live_contacts_and_growing_steps() {
 }
 
 #[test]
+fn a_run_with_springs_that_were_softened_before_the_break_and_after_it() {
+    for (name, from) in [("softened", "10 us"), ("softened-later", "0.3 ms")] {
+        let soften = format!("dem.soften={{ from = \"{from}\", stiffness = 0.3, largest_overlap = 0.5 }}");
+        goes_on_alike(name, SLIDING, &[&soften], &[1, 2]);
+    }
+    // Negative control: springs that were softened tell.
+    let scratch = Scratch::new("restart-softened-control");
+    let hash = |name: &str, keys: &[&str]| {
+        let folder = scratch.join(name);
+        start(&load(SLIDING, keys), &folder, On::threads(1).steps(2 * STEPS)).expect("the case is sound");
+        Left::in_folder(&folder).hash().to_owned()
+    };
+    let soften = "dem.soften={ from = \"0.3 ms\", stiffness = 0.3, largest_overlap = 0.5 }";
+    assert_ne!(hash("soft", &[soften]), hash("hard", &[]));
+}
+
+#[test]
 fn a_run_with_fixed_steps_and_the_old_pressure_in_the_predictor() {
     let literal = [
         "fluid={ dt = \"50 us\", tol_div = 1e-8 }",
