@@ -82,7 +82,8 @@ impl Pace {
             largest(&now.collect::<Vec<_>>())
         };
         let StepChoice::Adaptive { .. } = case.fluid.step else {
-            let passes = Self::at(case, populations, at(0.0)).passes;
+            let impact = slowing.iter().flatten().map(|slowing| slowing.before).fold(0.0, Real::max);
+            let passes = Self::at(case, populations, at(impact.min(case.run.until))).passes;
             return Self { passes, ..pace };
         };
         let (steps, end) = Self::steps_slowing(case, populations, at);
@@ -239,9 +240,9 @@ fn stirs(case: &Case) -> bool {
     carrying_flow(case).is_none() && case.liquids.iter().any(|liquid| moves(liquid) && !fills(liquid))
 }
 
-/// A liquid that falls on a bed. With one of diameter `D` that hits it with `U` the largest speed, that of spray, is about
-/// `1.2 U (U t/D)^(-1/2)`: of drops at 4.5 and 9 m/s 0.7 and 1.3 times that. At first it is 1.7 U, with the gas that the liquid drives out,
-/// in the end that of what falls through the box.
+/// A liquid that falls on a bed. Up to the impact the largest speed is 1.7 times its own `U`, that of the gas round it. A time `t` after it, that
+/// of jets and spray, it is about `1.2 U (U t/D)^(-1/2)` for a diameter `D`, 3 U at most: of drops at 4.5 and 9 m/s 0.7 and 1.3 times that.
+/// In the end it is that of what falls through the box.
 #[derive(Clone, Copy, Debug)]
 struct Slowing {
     /// Time in which the liquid moves by its diameter, that of a sphere of its volume \[s].
@@ -273,13 +274,14 @@ impl Slowing {
         (diameter > 0.0 && before.is_finite()).then(|| Self {
             passing: diameter / speed,
             before,
-            least: (fall / speed).min(1.7),
+            least: (fall / speed).min(1.0),
         })
     }
 
     /// Largest speed at a `time` \[s] over that of the liquid.
     fn at(self, time: Real) -> Real {
-        (1.2 / ((time - self.before).max(0.0) / self.passing).sqrt()).clamp(self.least, 1.7)
+        let after = (time - self.before) / self.passing;
+        if after < 0.0 { 1.7 } else { (1.2 / after.sqrt()).clamp(self.least, 3.0) }
     }
 }
 
