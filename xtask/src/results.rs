@@ -24,7 +24,8 @@ struct Run {
     case: String,
     set: Vec<String>,
     within: BTreeMap<String, f64>,
-    /// Beginning of the name of a picture below the results, of which the last is taken, and its place in the repository.
+    /// Beginning of the names of pictures below the results, of which the last is taken or, with `#n` behind it, that after n others, and its
+    /// place in the repository.
     pictures: BTreeMap<String, String>,
 }
 
@@ -280,7 +281,7 @@ fn make(root: &Path, name: &str, keep: bool) -> Result<Vec<String>, Problem> {
         };
         copy(out.join("summary.json"), folder.join("summary.json"))?;
         for (from, to) in &run.pictures {
-            copy(last_picture(&out, from)?, root.join(to))?;
+            copy(picture(&out, from)?, root.join(to))?;
         }
     }
     Ok(lines)
@@ -297,13 +298,20 @@ fn stamp(root: &Path, name: &str, run: &Run) -> Result<String, Problem> {
     Ok(git(&["rev-parse", "HEAD"])? + &git(&["diff", "HEAD", "--", "crates", "Cargo.lock"])? + &described)
 }
 
-/// The last of the pictures whose paths below `out` begin with `start`.
-fn last_picture(out: &Path, start: &str) -> Result<PathBuf, Problem> {
+/// Of the pictures whose paths below `out` begin with `start` the last, or with `start#n` that after n others.
+fn picture(out: &Path, start: &str) -> Result<PathBuf, Problem> {
+    let (start, number) = match start.rsplit_once('#') {
+        Some((start, number)) => (start, Some(number.parse::<usize>().map_err(|error| format!("#{number}: {error}"))?)),
+        None => (start, None),
+    };
     let folder = out.join(start);
     let (parent, begin) = (folder.parent().unwrap_or(out), folder.file_name().unwrap_or_default().to_string_lossy());
     let files = std::fs::read_dir(parent).into_iter().flatten().flatten().map(|entry| entry.path());
     let fits = |path: &PathBuf| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(&*begin));
-    files.filter(fits).max().ok_or(format!("no picture begins with {}", folder.display()))
+    let mut all: Vec<PathBuf> = files.filter(fits).collect();
+    all.sort();
+    let found = number.map_or_else(|| all.last(), |number| all.get(number));
+    found.cloned().ok_or(format!("{} pictures begin with {}", all.len(), folder.display()))
 }
 
 #[cfg(test)]
@@ -330,6 +338,21 @@ mod tests {
         assert_eq!(with_tables(&fresh, |name| Ok(format!("| {name} |\n"))).unwrap(), fresh);
         assert!(with_tables("<!-- table t -->\nno end", |_| Ok(String::new())).is_err());
         assert!(with_tables(page, |name| Err(format!("no {name}"))).is_err());
+    }
+
+    #[test]
+    fn pictures_are_named_by_their_order() {
+        let out = std::env::temp_dir().join(format!("sazanami-pictures-{}", std::process::id()));
+        std::fs::create_dir_all(out.join("figures")).unwrap();
+        for name in ["view-000000007.png", "view-000000012.png", "section-000000012.png"] {
+            std::fs::write(out.join("figures").join(name), "").unwrap();
+        }
+        let named = |start: &str| picture(&out, start).map(|path| path.file_name().unwrap().to_owned());
+        assert_eq!(named("figures/view").unwrap(), "view-000000012.png");
+        assert_eq!(named("figures/view#0").unwrap(), "view-000000007.png");
+        assert!(named("figures/view#2").unwrap_err().starts_with("2 pictures begin"));
+        assert!(named("figures/map").is_err() && named("figures/view#last").is_err());
+        std::fs::remove_dir_all(out).unwrap();
     }
 
     #[test]

@@ -82,9 +82,8 @@ impl Acceleration {
         flow: &mut Flow,
         dt: Real,
     ) -> Option<&'a mut Self> {
-        // The pressure of the first projection made the initial velocity free of divergence: no acceleration.
-        let in_flow = flow.transports > 0 && flow.diffuses_implicitly(domain, dt);
-        let this = this.as_mut().filter(|this| this.is_beside_surfaces() || in_flow);
+        let is_implicit = flow.diffuses_implicitly(domain, dt);
+        let this = this.as_mut().filter(|this| this.is_beside_surfaces() || is_implicit);
         // The whole transposed gradient, explicit, is unstable with the old acceleration from steps of 2 dx^2 / nu on.
         flow.transposed = if this.is_some() { Transposed::AtInterface } else { Transposed::Whole };
         this

@@ -25,12 +25,13 @@ use crate::mobility::{Closing, Mobility};
 use crate::outside::Outside;
 pub use crate::outside::PressureSide;
 use crate::pressure_sides::BoxSides;
+use crate::stability::{Rates, StepLimits, body_force_rate};
 use crate::surface_tension::{SurfaceTension, SurfaceTensionReport};
 
 /// Convergence criterion of the projection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
-    /// Largest `|div u| dt` allowed in a cell.
+    /// Largest `|div u| dt` allowed in a cell of a flow that is not slow: [`Self::at`].
     pub divergence: Real,
     /// Iterations after which the solve fails.
     pub max_iterations: usize,
@@ -39,6 +40,20 @@ pub struct Tolerance {
 impl Default for Tolerance {
     fn default() -> Self {
         Self { divergence: 1e-6, max_iterations: 500 }
+    }
+}
+
+/// Courant number below which the tolerance falls with it, so that what the projection leaves stays small beside the flow.
+const SLOW: Real = 0.01;
+/// The tolerance that no flow is too slow for.
+const LEAST: Real = 1e-10;
+
+impl Tolerance {
+    /// The tolerance at a Courant number.
+    #[must_use]
+    pub fn at(&self, courant: Real) -> Self {
+        let of_flow = self.divergence * courant / SLOW;
+        Self { divergence: self.divergence.min(of_flow.max(LEAST)), ..*self }
     }
 }
 
@@ -146,11 +161,6 @@ impl Projection {
         }
     }
 
-    /// Sets what stands at the sides of the box, which are open where they were.
-    pub(crate) fn set_sides(&mut self, sides: [[PressureSide; 2]; 3]) {
-        self.sides = sides;
-    }
-
     /// Gives the fluid outside open sides a `gravity` [m/s^2], for a box that holds fluid of this `density`. Without it the
     /// pressure is the same all over a side.
     pub(crate) fn set_outside(&mut self, domain: &Domain, gravity: Vector, fluids: &Fluids, density: &Field<Real>) {
@@ -161,6 +171,60 @@ impl Projection {
     /// The fluid outside the open sides, as the last projection found it.
     pub(crate) fn outside(&self) -> &Outside {
         &self.outside
+    }
+
+    /// Makes the velocity of `flow` free of divergence at once, and finds the pressure under gravity with which the first step
+    /// starts: that of a step in which nothing is transported, less what acts at once.
+    ///
+    /// # Errors
+    /// [`PressureError`].
+    pub(crate) fn start(
+        &mut self,
+        domain: &Domain,
+        boundary: &Boundary,
+        flow: &mut Flow,
+        gravity: Vector,
+        limits: &StepLimits,
+        tolerance: &Tolerance,
+    ) -> Result<(), PressureError> {
+        flow.fill_halos(domain, boundary);
+        flow.predict_faces(domain, boundary, Vector::ZERO, 0.0);
+        let body_force = body_force_rate(gravity, domain.grid().spacing);
+        let rates = Rates { advective: flow.advective_rate(domain), body_force, ..Rates::default() };
+        let dt = StepLimits { fixed: None, ..*limits }.choose(&rates, None).dt;
+        let tolerance = tolerance.at(dt * rates.advective);
+        let (sides, outside, started) = (self.sides, boundary.gravity_outside(), flow.velocity.clone());
+        self.set_outside(domain, outside, &flow.fluids, &flow.density);
+        self.step_in_place(domain, boundary, flow, gravity, dt, &tolerance)?;
+        let with_gravity = std::mem::replace(&mut self.pressure, domain.field(0.0));
+        flow.velocity = started;
+        // The fluid outside is without pressure: what that differs by would act for the length of a step.
+        self.sides = sides.map(|pair| pair.map(PressureSide::without_pressure));
+        self.set_outside(domain, Vector::ZERO, &flow.fluids, &flow.density);
+        self.step_in_place(domain, boundary, flow, Vector::ZERO, dt, &tolerance)?;
+        self.sides = sides;
+        self.set_outside(domain, outside, &flow.fluids, &flow.density);
+        for (p, with_gravity) in self.pressure.data_mut().iter_mut().zip(with_gravity.data()) {
+            *p = with_gravity - *p;
+        }
+        flow.fill_halos(domain, boundary);
+        Ok(())
+    }
+
+    /// Projects the velocity of `flow` after a step of `dt` \[s] under `gravity` [m/s^2] in which nothing is transported.
+    fn step_in_place(
+        &mut self,
+        domain: &Domain,
+        boundary: &Boundary,
+        flow: &mut Flow,
+        gravity: Vector,
+        dt: Real,
+        tolerance: &Tolerance,
+    ) -> Result<PressureReport, PressureError> {
+        flow.fill_halos(domain, boundary);
+        flow.predict_faces(domain, boundary, gravity, dt);
+        let Flow { density, velocity, face_velocity, .. } = flow;
+        self.project(domain, density, velocity, face_velocity, gravity, dt, tolerance)
     }
 
     /// The pressure \[Pa]. Without a side of fixed pressure its mean is zero.

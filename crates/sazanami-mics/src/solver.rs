@@ -19,11 +19,11 @@ use crate::grains::room::Room;
 use crate::grains::{Coupling, ImprintReport, ResolvedGrains};
 use crate::momentum::{Impulses, StoredMomentum};
 use crate::outside::place_on_side;
-use crate::pressure::{PressureError, PressureReport, PressureSide, Projection, Tolerance};
-use crate::stability::{Rates, StableStep, StepLimits};
+use crate::pressure::{PressureError, PressureReport, Projection, Tolerance};
+use crate::stability::{Rates, StableStep, StepLimits, body_force_rate};
 use crate::surface_tension::SurfaceTension;
 use crate::transport::TransportReport;
-use crate::viscosity::{DiffusionReport, ViscosityError};
+use crate::viscosity::{DiffusionReport, ViscosityError, explicit_rate_of_liquid};
 
 /// A step could not be completed.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -131,7 +131,8 @@ pub struct Solver {
 }
 
 impl Solver {
-    /// Assembles the solver and projects the initial velocity onto a divergence-free field; nothing is transported.
+    /// Assembles the solver, projects the initial velocity onto a divergence-free field and finds the pressure under gravity; nothing
+    /// is transported.
     ///
     /// # Errors
     /// [`StepError`] if the projection fails.
@@ -144,26 +145,11 @@ impl Solver {
         shapes: Arc<[Shape]>,
         coupling: Coupling,
     ) -> Result<Self, StepError> {
-        // The fluid outside is without pressure at first: what that differs by would act for the length of a step.
-        let sides = boundary.pressure_sides();
-        let mut projection = Projection::new(&domain, sides.map(|pair| pair.map(PressureSide::without_pressure)));
+        let mut projection = Projection::new(&domain, boundary.pressure_sides());
         let mut grains = ResolvedGrains::new(&domain, engine, shapes, coupling);
-        flow.fill_halos(&domain, &boundary);
-        // Without gravity: only the divergence of the initial velocity matters.
-        let dt = settings.limits.longest;
-        flow.predict_faces(&domain, &boundary, Vector::ZERO, dt);
-        let Flow { density, velocity, face_velocity, .. } = &mut flow;
-        projection.project(&domain, density, velocity, face_velocity, Vector::ZERO, dt, &settings.tolerance)?;
-        projection.set_sides(sides);
-        projection.set_outside(&domain, boundary.gravity_outside(), &flow.fluids, &flow.density);
-        flow.fill_halos(&domain, &boundary);
+        projection.start(&domain, &boundary, &mut flow, settings.gravity, &settings.limits, &settings.tolerance)?;
         grains.begin_exchange(&domain, &flow, settings.gravity);
-        let mut solver = Self::assembled(domain, boundary, settings, flow, projection, grains);
-        if solver.acceleration.as_ref().is_some_and(Acceleration::is_beside_surfaces) {
-            // It made the initial velocity free of divergence at once: no acceleration.
-            solver.projection.pressure_mut().fill(0.0);
-        }
-        Ok(solver)
+        Ok(Self::assembled(domain, boundary, settings, flow, projection, grains))
     }
 
     /// The solver of these parts, before its first step.
@@ -229,8 +215,14 @@ impl Solver {
             advective: self.flow.advective_rate(&self.domain),
             viscous: self.flow.viscous_rate(&self.domain),
             capillary: self.surface_tension().map_or(0.0, |tension| tension.rate(&self.domain, &self.flow.fluids)),
+            body_force: body_force_rate(self.settings.gravity, self.domain.grid().spacing),
             grain_motion,
             grain_turn,
+            grain_friction: if self.grains.joins(&self.domain, &self.flow) {
+                explicit_rate_of_liquid(&self.flow.fluids, self.domain.grid().spacing)
+            } else {
+                0.0
+            },
             contact: self.grains.contact_rate(&self.domain),
         };
         self.settings.limits.choose(&rates, self.previous_step)

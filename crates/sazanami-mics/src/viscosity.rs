@@ -66,6 +66,12 @@ pub fn explicit_rate(fluids: &Fluids, spacing: Vector) -> Real {
     largest_diffusivity(fluids, ANY) * 2.0 * inverse_squares(spacing)
 }
 
+/// The same of the liquid alone [1/s].
+#[must_use]
+pub fn explicit_rate_of_liquid(fluids: &Fluids, spacing: Vector) -> Real {
+    fluids.kinematic_viscosity(1.0) * 2.0 * inverse_squares(spacing)
+}
+
 /// Stiffness up to which [`ViscosityScheme::Auto`] is explicit. The fastest mode of the grid decays by the rate of twice
 /// the stiffness `s` a step; the explicit Euler step then errs by `-2 s^2` of it, the backward one by `2 s^2`, and the
 /// explicit one is stable to `s = 1`.

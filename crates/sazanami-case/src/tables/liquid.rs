@@ -158,7 +158,7 @@ impl LiquidKeys {
         }
     }
 
-    /// A liquid that misses the box is a mistake; one that reaches over its edge is cut, and said so.
+    /// A liquid that misses the box is a mistake, and so is one from a file that reaches over its edge; others are cut there, and said so.
     fn check_place(&self, table: &Table<'_>, cx: &mut Context<'_>) {
         let (domain, axis) = (cx.known.domain, cx.known.bed.axis);
         // Through periodic sides it goes on, but for liquids from files.
@@ -186,9 +186,12 @@ impl LiquidKeys {
                 .error(table.place("region"), format!("`{}` lies outside the box", self.name))
                 .label(domain.reaches())
                 .help("positions are those of the shape's origin");
-        } else if reaches_over
-            && (self.region.is_sampled() || matches!(self.region, Region::Sphere { .. } | Region::Spheroid { .. }))
-        {
+        } else if reaches_over && is_sampled {
+            cx.report
+                .error(table.place("region"), format!("`{}`, from a file, does not fit into the box", self.name))
+                .label(domain.reaches())
+                .help("move it by `position` or `offset`, or give the box room for it");
+        } else if reaches_over && matches!(self.region, Region::Sphere { .. } | Region::Spheroid { .. }) {
             cx.report
                 .warning(Some(table.place("region")), format!("`{}` reaches over the edge of the box", self.name))
                 .label("what is outside is cut off");

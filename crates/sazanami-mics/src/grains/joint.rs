@@ -117,7 +117,7 @@ impl Surface {
 
 impl ResolvedGrains {
     /// Whether velocities of grains are unknowns in steps of this `flow`: grains act by their surfaces, and some are free.
-    pub(super) fn joins(&self, domain: &Domain, flow: &Flow) -> bool {
+    pub(crate) fn joins(&self, domain: &Domain, flow: &Flow) -> bool {
         let viscous = flow.schemes.viscosity != ViscosityScheme::Off;
         self.has_surfaces() && viscous && self.largest(domain, |_| 1.0) > 0.0
     }

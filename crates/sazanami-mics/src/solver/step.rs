@@ -184,8 +184,9 @@ impl<'a> FluidPass<'a> {
             self.projection.find_jumps(domain, self.flow, solid);
         }
         let Flow { density, velocity, face_velocity, .. } = &mut *self.flow;
-        let tolerance = &self.settings.tolerance;
-        report.pressure += self.projection.project(domain, density, velocity, face_velocity, gravity, dt, tolerance)?;
+        let tolerance = self.settings.tolerance.at(report.courant);
+        report.pressure +=
+            self.projection.project(domain, density, velocity, face_velocity, gravity, dt, &tolerance)?;
         Ok(())
     }
 

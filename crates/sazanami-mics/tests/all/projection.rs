@@ -323,3 +323,21 @@ fn what_cannot_be_solved_is_said() {
     let report = flow.project(&mut projection, Vector::ZERO, 1e-5, 1e-6).unwrap();
     assert!(report.iterations > 0);
 }
+
+#[test]
+fn a_slow_flow_is_as_free_of_divergence_as_it_has_to_be() {
+    let at = |asked: Real, courant: Real| Tolerance { divergence: asked, max_iterations: 7 }.at(courant);
+    // A ten-thousandth of the Courant number where that is less than what is asked for, and no less than 1e-10 unless asked for.
+    for (asked, courant, expected) in [
+        (1e-6, 0.45, 1e-6),
+        (1e-6, 0.01, 1e-6),
+        (1e-6, 1e-4, 1e-8),
+        (1e-6, 0.0, 1e-10),
+        (1e-8, 1e-3, 1e-9),
+        (1e-12, 0.0, 1e-12),
+    ] {
+        let found = at(asked, courant);
+        assert!((found.divergence / expected - 1.0).abs() < 1e-12, "{asked}, {courant}: {}", found.divergence);
+        assert_eq!(found.max_iterations, 7);
+    }
+}

@@ -2,23 +2,27 @@
 
 use std::f64::consts::{PI, TAU};
 
+use sazanami_dem::Motion;
 use sazanami_dem::impact::ImpactErrors;
-use sazanami_mics::stability::{Limit as GridLimit, Rates as GridRates, travel};
+use sazanami_mics::stability::{
+    BODY_FORCE as FALL, GRAIN_FRICTION, Limit as GridLimit, Rates as GridRates, body_force_rate, travel,
+};
 use sazanami_mics::surface_tension::capillary_rate;
-use sazanami_mics::viscosity::explicit_rate;
+use sazanami_mics::viscosity::{explicit_rate, explicit_rate_of_liquid};
 use sazanami_mps::grains::{DragIntegration, volume};
 use sazanami_mps::stability::{BODY_FORCE, DRAG, Limit as ParticleLimit, Rates as ParticleRates, VISCOUS};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
 
+use super::populations::exchange_of;
 use super::reached;
 use super::substeps::{contact_step, impact_errors, mean_of_step, of_step};
 use super::volumes::volume_within;
 use super::{LimitReport, PopulationReport, TankReport};
 use crate::assembly::{fluid, grains, particles};
 use crate::case::meaning::{
-    BoundarySide, BoxDomain, CarryingFlow, Case, GrainPlacement, LiquidRegion, Particles, Peak, Placement, Population,
-    Region, Solver, StepChoice, Substeps, TankMotion, ViscosityScheme,
+    BoundarySide, BoxDomain, CarryingFlow, Case, Drive, Exchange, GrainPlacement, LiquidRegion, Particles, Peak,
+    Placement, Population, Region, Solver, StepChoice, Substeps, TankMotion, ViscosityScheme,
 };
 use crate::schedule::StepEnds;
 use crate::steps::{OUTPUT, STEPS_OF_SWING, SWING, longest_in_swing, towards};
@@ -163,9 +167,14 @@ impl Pace {
 
 /// The strongest body force until the end of the run: gravity, with what the frame and the drive do at their worst [m/s^2].
 pub(crate) fn strongest_force(case: &Case) -> Real {
+    strongest(case, case.drive)
+}
+
+/// The same with this drive.
+fn strongest(case: &Case, drive: Option<Drive>) -> Real {
     let swing = swing(case).map_or(Vector::ZERO, |(amplitude, frequency)| amplitude * (TAU * frequency).powi(2));
-    let driven = case.drive.and_then(|drive| drive.oscillation).map_or(Vector::ZERO, |swing| swing.amplitude);
-    let resting = case.resting_gravity() + case.drive.map_or(Vector::ZERO, |drive| drive.acceleration);
+    let driven = drive.and_then(|drive| drive.oscillation).map_or(Vector::ZERO, |swing| swing.amplitude);
+    let resting = case.resting_gravity() + drive.map_or(Vector::ZERO, |drive| drive.acceleration);
     let at_worst = [swing + driven, swing - driven].map(|by| (resting + by).length().max((resting - by).length()));
     let recorded = peaks(case).map_or(0.0, |[_, acceleration]| resting.length() + acceleration.value);
     at_worst[0].max(at_worst[1]).max(recorded)
@@ -370,6 +379,17 @@ fn fastest_of(population: &Population) -> Vector {
     }
 }
 
+/// Whether free grains act on a viscous fluid by their surfaces.
+fn rubs(case: &Case) -> bool {
+    let is_free = |population: &Population| match &population.placement {
+        GrainPlacement::List(list) => list.iter().any(|grain| grain.motion == Motion::Free),
+        _ => population.motion == Motion::Free,
+    };
+    case.fluid.viscosity != ViscosityScheme::Off
+        && matches!(exchange_of(case, &[]), Some((Exchange::Surface, _)))
+        && case.grains.iter().any(is_free)
+}
+
 /// Largest angular velocity that a grain is given [rad/s].
 fn fastest_turn(case: &Case) -> Real {
     let lists = case.grains.iter().filter_map(|population| match &population.placement {
@@ -428,8 +448,10 @@ fn of_grid(
             viscous: if explicit { explicit_rate(&fluid::fluids(case), spacing) } else { 0.0 },
             capillary: fluid::surface_tension_coefficient(case)
                 .map_or(0.0, |sigma| capillary_rate(sigma, &fluid::fluids(case), spacing, case.domain.grid().cells)),
+            body_force: body_force_rate(Vector::Z * strongest(case, None), spacing),
             grain_motion: grains.length() / (travel * spacing.min_element()),
             grain_turn: fastest_turn(case),
+            grain_friction: if rubs(case) { explicit_rate_of_liquid(&fluid::fluids(case), spacing) } else { 0.0 },
             contact: fixed.map_or(0.0, |(n, contact)| 1.0 / (n as Real * contact)),
         },
     };
@@ -441,8 +463,10 @@ fn of_grid(
         }
         GridLimit::Viscous => "1 / (2 nu sum of 1/dx^2)".to_owned(),
         GridLimit::Capillary => "sqrt((rho_l + rho_g) dx^3 / (4 pi sigma))".to_owned(),
+        GridLimit::BodyForce => format!("{FALL} sqrt(cell edge / body force)"),
         GridLimit::GrainMotion => format!("{} of a cell at {} m/s", super::number(travel, 2), speed(grains)),
         GridLimit::GrainTurn => format!("{} rad at {} rad/s", bounds.grain_turn, super::number(fastest_turn(case), 3)),
+        GridLimit::GrainFriction => format!("{GRAIN_FRICTION} / (2 nu sum of 1/dx^2) of the liquid"),
         GridLimit::Contact => fixed.map_or(String::new(), |(n, contact)| format!("{n} sub-steps of {contact:.2e} s")),
         // No rate sets these.
         GridLimit::Growth | GridLimit::Maximum | GridLimit::Fixed => String::new(),

@@ -12,6 +12,8 @@ const RIPPLES: &str = "ripples/quick.toml";
 const RAINDROP: &str = "raindrop/quick.toml";
 const TUNNEL: &str = "ripples/tunnel.toml";
 const DAM_BREAK: &str = "both/dam-break.toml";
+/// A sphere that creeps through glycerine.
+const CREEPING: &str = "../crates/sazanami/tests/cases/creeping-sphere.toml";
 
 /// Findings on a shipped case with other values, each with its place, label and suggestion; whether it can run.
 fn findings(case: &str, overrides: &[&str]) -> (bool, Vec<String>) {
@@ -149,6 +151,7 @@ fn what_runs_and_does_not_serve_is_warned_of() {
             (RIPPLES, "particles.dt=1 s", "longer than the limits allow | `advective` allows"),
             (RIPPLES, "particles.dt=0.2 s", "too long for this oscillation"),
             (RAINDROP, "fluid={dt=\"1 ms\"}", "the fluid makes 34 passes in each"),
+            (CREEPING, "fluid.dt=1 ms", "`grain_friction` allows 2.962e-5 s"),
             (RIPPLES, "overlap.smoothing=2.4 mm", "`smoothing` is short"),
             (
                 RIPPLES,

@@ -56,6 +56,11 @@ fn a_box_falls_with_its_drop_to_the_same_bits_and_hands_it_on() {
     let momentum = drop.column("momentum_liquid_3")[0] + drop.column("momentum_gas_3")[0];
     assert!((momentum / (-0.5 * 998.2 * volume) - 1.0).abs() < 0.02, "{momentum}");
 
+    // Where it would reach over the edge of the box it is refused.
+    let over = changes.map(|change| change.replace("position = [\"1.5 mm\"", "position = [\"0.5 mm\""));
+    let over = crate::support::findings(FALLING, &over.each_ref().map(String::as_str));
+    assert_eq!(over, ["`drop`, from a file, does not fit into the box"]);
+
     // Lengthened, moved and lengthened again: its own copy of the file goes with it.
     let longer = |folder: &Path, time: f64| {
         let options = RunOptions { until: Some(time), ..On::threads(1).options(None) };
