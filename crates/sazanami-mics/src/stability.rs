@@ -81,7 +81,7 @@ pub fn travel(width: Real) -> Real {
 /// Largest Courant number.
 const COURANT: Real = 0.45;
 /// Longest step over the time `sqrt(dx / |b|)` in which a body force `b` takes liquid and grains across a cell from rest: they
-/// then go 0.2 of a cell, and a body that falls feels its drag before it is faster than it can be.
+/// then go a tenth of a cell, and a body that falls feels its drag before it is faster than it can be.
 pub const BODY_FORCE: Real = 0.45;
 /// Longest step with free grains over the longest stable one of explicit viscosity, `nu dt / dx^2 = 7`: the pressure about a grain that
 /// starts or stops follows its friction late. A sphere of three cells is then up to 12 % too fast for some ten steps, at 20 up

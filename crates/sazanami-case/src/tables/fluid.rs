@@ -197,7 +197,7 @@ pub struct FluidOptions {
     #[key(range = Between(1e-3, 0.499), default = LIMITS.courant)]
     pub cfl: Real,
     /// Largest `|div u| dt` that the projection leaves. The volume of liquid changes by no more than this and the number
-    /// of steps allow. Below a Courant number of 0.01 it is smaller in proportion, down to 1e-10, so that it stays small beside a slow flow.
+    /// of steps allow. Below a Courant number of 0.01 less is wanted in proportion, down to 1e-10, so that it stays small beside a slow flow.
     #[key(name = "tol_div", range = Between(1e-15, 1e-2), default = Tolerance::default().divergence)]
     pub divergence_tolerance: Real,
     /// Iterations after which a solve of the pressure is given up (exit code 1).

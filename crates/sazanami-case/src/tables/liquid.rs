@@ -190,7 +190,7 @@ impl LiquidKeys {
             cx.report
                 .error(table.place("region"), format!("`{}`, from a file, does not fit into the box", self.name))
                 .label(domain.reaches())
-                .help("move it by `position` or `offset`, or give the box room for it");
+                .help("move it, or give the box room for it; it is not continued through periodic sides");
         } else if reaches_over && matches!(self.region, Region::Sphere { .. } | Region::Spheroid { .. }) {
             cx.report
                 .warning(Some(table.place("region")), format!("`{}` reaches over the edge of the box", self.name))

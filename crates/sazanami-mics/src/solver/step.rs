@@ -184,9 +184,9 @@ impl<'a> FluidPass<'a> {
             self.projection.find_jumps(domain, self.flow, solid);
         }
         let Flow { density, velocity, face_velocity, .. } = &mut *self.flow;
-        let tolerance = self.settings.tolerance.at(report.courant);
+        let (tolerance, courant) = (&self.settings.tolerance, report.courant);
         report.pressure +=
-            self.projection.project(domain, density, velocity, face_velocity, gravity, dt, &tolerance)?;
+            self.projection.project(domain, density, velocity, face_velocity, gravity, dt, tolerance, courant)?;
         Ok(())
     }
 

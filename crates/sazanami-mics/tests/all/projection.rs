@@ -116,7 +116,7 @@ impl Flow {
     ) -> Result<sazanami_mics::pressure::PressureReport, PressureError> {
         let tolerance = Tolerance { divergence, max_iterations: 300 };
         let Self { domain, density, velocity, faces, .. } = self;
-        projection.project(domain, density, velocity, faces, gravity, dt, &tolerance)
+        projection.project(domain, density, velocity, faces, gravity, dt, &tolerance, 1.0)
     }
 }
 
@@ -337,7 +337,6 @@ fn a_slow_flow_is_as_free_of_divergence_as_it_has_to_be() {
         (1e-12, 0.0, 1e-12),
     ] {
         let found = at(asked, courant);
-        assert!((found.divergence / expected - 1.0).abs() < 1e-12, "{asked}, {courant}: {}", found.divergence);
-        assert_eq!(found.max_iterations, 7);
+        assert!((found / expected - 1.0).abs() < 1e-12, "{asked}, {courant}: {found}");
     }
 }

@@ -2,7 +2,6 @@
 
 use std::f64::consts::{PI, TAU};
 
-use sazanami_dem::Motion;
 use sazanami_dem::impact::ImpactErrors;
 use sazanami_mics::stability::{
     BODY_FORCE as FALL, GRAIN_FRICTION, Limit as GridLimit, Rates as GridRates, body_force_rate, travel,
@@ -12,9 +11,9 @@ use sazanami_mics::viscosity::{explicit_rate, explicit_rate_of_liquid};
 use sazanami_mps::grains::{DragIntegration, volume};
 use sazanami_mps::stability::{BODY_FORCE, DRAG, Limit as ParticleLimit, Rates as ParticleRates, VISCOUS};
 use sazanami_numerics::domain::Domain;
+use sazanami_numerics::mean_flow::ActsBy;
 use sazanami_numerics::{Real, Vector};
 
-use super::populations::exchange_of;
 use super::reached;
 use super::substeps::{contact_step, impact_errors, mean_of_step, of_step};
 use super::volumes::volume_within;
@@ -381,13 +380,9 @@ fn fastest_of(population: &Population) -> Vector {
 
 /// Whether free grains act on a viscous fluid by their surfaces.
 fn rubs(case: &Case) -> bool {
-    let is_free = |population: &Population| match &population.placement {
-        GrainPlacement::List(list) => list.iter().any(|grain| grain.motion == Motion::Free),
-        _ => population.motion == Motion::Free,
-    };
     case.fluid.viscosity != ViscosityScheme::Off
-        && matches!(exchange_of(case, &[]), Some((Exchange::Surface, _)))
-        && case.grains.iter().any(is_free)
+        && case.coupling.exchange == Exchange::Surface
+        && case.grains.iter().any(Population::has_free_grains)
 }
 
 /// Largest angular velocity that a grain is given [rad/s].
@@ -448,7 +443,10 @@ fn of_grid(
             viscous: if explicit { explicit_rate(&fluid::fluids(case), spacing) } else { 0.0 },
             capillary: fluid::surface_tension_coefficient(case)
                 .map_or(0.0, |sigma| capillary_rate(sigma, &fluid::fluids(case), spacing, case.domain.grid().cells)),
-            body_force: body_force_rate(Vector::Z * strongest(case, None), spacing),
+            body_force: body_force_rate(
+                Vector::Z * strongest(case, case.drive.filter(|drive| drive.acts_by == ActsBy::Mass)),
+                spacing,
+            ),
             grain_motion: grains.length() / (travel * spacing.min_element()),
             grain_turn: fastest_turn(case),
             grain_friction: if rubs(case) { explicit_rate_of_liquid(&fluid::fluids(case), spacing) } else { 0.0 },

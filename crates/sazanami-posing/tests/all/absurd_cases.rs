@@ -63,6 +63,8 @@ fn runs_that_come_to_no_end_are_refused() {
             (RIPPLES, "run.until=1e300 s", "about 2.500e303 steps"),
             (RAINDROP, "run={until=\"1e300 s\"}", "would not come to its end"),
             (RAINDROP, "run.until=1 s", "lies beyond `run.latest`"),
+            (RIPPLES, "run.until=rest", "`until = \"rest\"` without a crater"),
+            (RAINDROP, "output.series={every=\"2 ms\"}", "rows of the series too far apart"),
             (RIPPLES, "contact.default.normal_stiffness=1e30 N/m", "1.0e30 N/m ask for"),
             (RIPPLES, "dem.film_roughness=1e-20 m", "the film between grains asks for"),
             (

@@ -19,7 +19,10 @@ impl Water for Solver {
 
     named_alike!();
 
-    fn stable_step(&mut self, case: &Case, _time: Real) -> StableStep {
+    fn stable_step(&mut self, case: &Case, time: Real) -> StableStep {
+        if gravity_changes(case) {
+            self.set_gravity(case.force_by_mass([time; 2]));
+        }
         match &case.fluid.carrying_flow {
             Some(carrying) => self.stable_step_carried(carrying),
             None => Self::stable_step(self),
@@ -34,7 +37,7 @@ impl Water for Solver {
         dt: Real,
         mut watch: impl FnMut(&'static str),
     ) -> Result<StepReport, StepProblem> {
-        if case.frame.is_some() || case.drive.is_some_and(|drive| drive.oscillation.is_some()) {
+        if gravity_changes(case) {
             self.set_gravity(case.force_by_mass([time, time + dt]));
         }
         if case.drive.is_some() {
@@ -49,6 +52,11 @@ impl Water for Solver {
         };
         outcome.map_err(|error| problem(case, self, &error))
     }
+}
+
+/// Whether the force by mass changes with time.
+fn gravity_changes(case: &Case) -> bool {
+    case.frame.is_some() || case.drive.is_some_and(|drive| drive.oscillation.is_some())
 }
 
 fn phase_name(phase: Phase) -> &'static str {

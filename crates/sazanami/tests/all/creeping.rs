@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::support::{On, Scratch, Table, load, start};
 use sazanami_numerics::Real;
 
-/// A sphere of 0.2 mm, three cells wide, in glycerine: Reynolds number 3e-6, taken up in 0.02 ms.
+/// A sphere of 0.2 mm, three cells wide, in glycerine: Reynolds number 3e-6, taken up in some 6 us.
 const SPHERE: &str = include_str!("../cases/creeping-sphere.toml");
 /// Its speed in an infinite liquid [m/s].
 const STOKES: Real = 2e-4 * 2e-4 * 9.81 * 1240.0 / (18.0 * 1.26);
@@ -26,7 +26,7 @@ fn a_sphere_creeps_at_its_terminal_speed_with_steps_that_adapt() {
     let resolved = last(&speeds(&scratch.join("resolved"), &["fluid.dt_max=3 us", "run.until=0.15 ms"]));
     // The walls of the box take a good quarter (Haberman and Sayre 1958: a cylinder as wide 0.69).
     assert!((0.64..0.76).contains(&(resolved / STOKES)), "{}", resolved / STOKES);
-    // The longest step is 300 times the time in which the sphere takes up its speed.
+    // The longest step that the case allows is 180 times the time in which the sphere takes up its speed.
     let adapted = speeds(&scratch.join("adapted"), &[]);
     let fastest = adapted.iter().copied().fold(0.0, Real::max);
     assert!(adapted.len() < 80, "{} steps", adapted.len());
@@ -44,7 +44,7 @@ fn a_sphere_creeps_at_its_terminal_speed_with_steps_that_adapt() {
 #[test]
 fn what_the_projection_leaves_is_small_beside_the_slowest_flow() {
     let scratch = Scratch::new("creeping-finely");
-    // `tol_div` alone would allow 70 um/s in a step of 1 us, five times the terminal speed.
+    // `tol_div` alone would allow 70 um/s in a step of 1 us, more than four times the terminal speed.
     let finely = speeds(&scratch.join("run"), &["fluid.dt_max=1 us", "run.until=60 us"]);
     assert!(finely.windows(2).all(|pair| pair[1] > 0.999 * pair[0]), "{finely:?}");
     assert!(last(&finely) > 0.6 * STOKES, "{}", last(&finely) / STOKES);

@@ -140,6 +140,23 @@ fn a_run_with_open_and_moving_sides_in_a_shaken_frame() {
     goes_on_alike("open", SLIDING, &open, &[1]);
 }
 
+/// A box full of liquid in a frame that swings, whose acceleration limits the steps.
+const FULL: &str = "gravity = \"1 m/s^2\"\ndomain = { size = [\"0.12 m\", \"0.12 m\", \"0.12 m\"], cells = [12, 12, 12] }\n\
+    fluid.dt_max = \"1 s\"\nframe.oscillation = { amplitude = [\"20 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"], frequency = \"1 Hz\" }\n\
+    [[liquid]]\nregion.half_space.point = [\"0 m\", \"0 m\", \"0.2 m\"]\n[run]\nuntil = \"0.4 s\"\n";
+
+#[test]
+fn a_run_whose_steps_hang_on_a_force_that_changes() {
+    let scratch = Scratch::new("restart-full");
+    let (whole, broken) = (scratch.join("whole"), scratch.join("broken"));
+    start(&load(FULL, &[]), &whole, On::threads(1)).expect("the case is sound");
+    start(&load(FULL, &[]), &broken, On::threads(1).steps(STEPS)).expect("the case is sound");
+    go_on(&broken, On::threads(2)).0.expect("the case is sound");
+    assert_same(&broken, &whole, "steps by a force that changes");
+    let limited = Left::in_folder(&whole).summary["limiter"]["body_force"].as_u64().expect("a number");
+    assert!(limited > 10, "{limited}");
+}
+
 #[test]
 fn a_forgotten_contact_would_be_noticed() {
     // Negative control: the comparison sees the memory of contacts.
