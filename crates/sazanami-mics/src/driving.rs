@@ -5,7 +5,7 @@ use sazanami_numerics::domain::Row;
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::mean_flow::{MeanFlow, MeanFlowReport};
 
-use crate::solver::Solver;
+use crate::solver::{Solver, StepError};
 
 impl Solver {
     /// Holds a mean velocity of the liquid from the next step on.
@@ -16,6 +16,37 @@ impl Solver {
         self.fill_halos();
         self.settle_ghosts();
         self
+    }
+
+    /// Finds the pressure with which the first step starts under what drives the flow: the mean velocity that is held and a mean gradient
+    /// of the pressure that gives the liquid the acceleration `by_pressure` [m/s^2].
+    ///
+    /// # Errors
+    /// [`StepError`] if the pressure does not converge.
+    pub fn start_driven(&mut self, by_pressure: Vector) -> Result<(), StepError> {
+        self.drive_by_pressure(by_pressure);
+        if let Some(net) = self.mean_flow.filter(MeanFlow::is_net) {
+            self.projection.mean.hold(net.held(), self.net_flow());
+        }
+        let gravity = self.settings.gravity + self.by_mass();
+        let Self { domain, boundary, settings, flow, projection, .. } = self;
+        projection.start(domain, boundary, flow, gravity, &settings.limits, &settings.tolerance)?;
+        self.settle_ghosts();
+        Ok(())
+    }
+
+    /// The force per mass that holds a mean velocity of the liquid [m/s^2].
+    pub(crate) fn by_mass(&self) -> Vector {
+        self.mean_flow.filter(|flow| !flow.is_net()).map_or(Vector::ZERO, |flow| flow.acceleration())
+    }
+
+    /// Mean velocity of all that is in the box [m/s]. Collective.
+    fn net_flow(&self) -> Vector {
+        let Self { domain, flow, .. } = self;
+        let faces = flow.face_velocity.each_ref().map(Field::data);
+        let sum = |row: Row, d: usize| faces[d][row.shifted(0)].iter().sum::<f64>();
+        let sums = domain.sum_rows(&domain.interior(), |row| [0, 1, 2].map(|d| sum(row, d)));
+        Vector::from_array(domain.sum(sums)) / domain.grid().len() as f64
     }
 
     /// Gives the pressure behind the sides of a box that moves what the force of the next step asks for, as after a restart.
@@ -39,12 +70,8 @@ impl Solver {
         let mut held = self.mean_flow?;
         let Self { domain, flow, grains, .. } = &*self;
         if held.is_net() {
-            let faces = flow.face_velocity.each_ref().map(Field::data);
-            let sum = |row: Row, d: usize| faces[d][row.shifted(0)].iter().sum::<f64>();
-            let sums = domain.sum_rows(&domain.interior(), |row| [0, 1, 2].map(|d| sum(row, d)));
-            let mean = Vector::from_array(domain.sum(sums)) / domain.grid().len() as f64;
             let mass = flow.fluids.liquid_density * domain.grid().extent().element_product();
-            let report = held.kept(dt, self.projection.mean.acceleration(), mean, mass);
+            let report = held.kept(dt, self.projection.mean.acceleration(), self.net_flow(), mass);
             self.mean_flow = Some(held);
             return Some(report);
         }

@@ -173,8 +173,8 @@ impl Projection {
         &self.outside
     }
 
-    /// Makes the velocity of `flow` free of divergence at once, and finds the pressure under gravity with which the first step
-    /// starts: that of a step in which nothing is transported, less what acts at once.
+    /// Makes the velocity of `flow` free of divergence at once, and finds the pressure under gravity, and the mean gradient that holds a
+    /// net flow against it, with which the first step starts: those of a step in which nothing is transported, less what acts at once.
     ///
     /// # Errors
     /// [`PressureError`].
@@ -202,12 +202,15 @@ impl Projection {
         self.step_in_place(domain, boundary, flow, gravity, dt, (tolerance, courant))?;
         let with_gravity = std::mem::replace(&mut self.pressure, domain.field(0.0));
         flow.velocity = started;
+        let driven = self.mean.acceleration();
+        self.mean.drive(Vector::ZERO, flow.fluids.liquid_density);
         // The fluid outside is without pressure: what that differs by would act for the length of a step.
         self.sides = sides.map(|pair| pair.map(PressureSide::without_pressure));
         self.set_outside(domain, Vector::ZERO, &flow.fluids, &flow.density);
         self.step_in_place(domain, boundary, flow, Vector::ZERO, dt, (tolerance, courant))?;
         self.sides = sides;
         self.set_outside(domain, outside, &flow.fluids, &flow.density);
+        self.mean.drive(driven - self.mean.acceleration(), flow.fluids.liquid_density);
         for (p, with_gravity) in self.pressure.data_mut().iter_mut().zip(with_gravity.data()) {
             *p = with_gravity - *p;
         }

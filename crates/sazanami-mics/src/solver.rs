@@ -211,11 +211,15 @@ impl Solver {
     #[must_use]
     pub fn stable_step(&self) -> StableStep {
         let [grain_motion, grain_turn] = self.grains.motion_rates(&self.domain, self.settings.limits.courant);
+        let (by_mass, by_pressure) = (self.settings.gravity + self.by_mass(), self.projection.mean.acceleration());
+        // Grains feel the one by their mass, the liquid the sum of both.
+        let strongest =
+            if by_mass.length() > (by_mass + by_pressure).length() { by_mass } else { by_mass + by_pressure };
         let rates = Rates {
             advective: self.flow.advective_rate(&self.domain),
             viscous: self.flow.viscous_rate(&self.domain),
             capillary: self.surface_tension().map_or(0.0, |tension| tension.rate(&self.domain, &self.flow.fluids)),
-            body_force: body_force_rate(self.settings.gravity, self.domain.grid().spacing),
+            body_force: body_force_rate(strongest, self.domain.grid().spacing),
             grain_motion,
             grain_turn,
             grain_friction: if self.grains.joins(&self.domain, &self.flow) {

@@ -21,8 +21,7 @@ impl Solver {
     /// # Errors
     /// [`StepError`] names what failed and where; the state is then not usable.
     pub fn step(&mut self, step: StableStep, dt: Real, mut watch: impl FnMut(Phase)) -> Result<StepReport, StepError> {
-        let by_mass = self.mean_flow.filter(|flow| !flow.is_net());
-        let gravity = self.settings.gravity + by_mass.map_or(Vector::ZERO, |flow| flow.acceleration());
+        let gravity = self.settings.gravity + self.by_mass();
         if let Some(net) = self.mean_flow.filter(MeanFlow::is_net) {
             self.projection.mean.hold(net.held(), net.wanted_after(dt));
         }

@@ -444,7 +444,9 @@ fn of_grid(
             capillary: fluid::surface_tension_coefficient(case)
                 .map_or(0.0, |sigma| capillary_rate(sigma, &fluid::fluids(case), spacing, case.domain.grid().cells)),
             body_force: body_force_rate(
-                Vector::Z * strongest(case, case.drive.filter(|drive| drive.acts_by == ActsBy::Mass)),
+                Vector::Z
+                    * strongest_force(case)
+                        .max(strongest(case, case.drive.filter(|drive| drive.acts_by == ActsBy::Mass))),
                 spacing,
             ),
             grain_motion: grains.length() / (travel * spacing.min_element()),

@@ -9,6 +9,8 @@ use sazanami_numerics::Real;
 const SPHERE: &str = include_str!("../cases/creeping-sphere.toml");
 /// Its speed in an infinite liquid [m/s].
 const STOKES: Real = 2e-4 * 2e-4 * 9.81 * 1240.0 / (18.0 * 1.26);
+/// Liquid that fills the box.
+const FULL: &str = "liquid.0.region.half_space.point=[\"0 m\", \"0 m\", \"3 m\"]";
 
 /// Downward speeds after the steps [m/s].
 fn speeds(folder: &Path, overrides: &[&str]) -> Vec<Real> {
@@ -48,4 +50,19 @@ fn what_the_projection_leaves_is_small_beside_the_slowest_flow() {
     let finely = speeds(&scratch.join("run"), &["fluid.dt_max=1 us", "run.until=60 us"]);
     assert!(finely.windows(2).all(|pair| pair[1] > 0.999 * pair[0]), "{finely:?}");
     assert!(last(&finely) > 0.6 * STOKES, "{}", last(&finely) / STOKES);
+}
+
+#[test]
+fn a_sphere_that_sinks_without_a_net_flow_begins_with_its_weight_in_the_liquid() {
+    let scratch = Scratch::new("creeping-periodic");
+    let without_walls =
+        ["boundary.all=periodic", "drive.mean_velocity=[\"0 m/s\", \"0 m/s\", \"0 m/s\"]", FULL, "run.until=1 ms"];
+    let adapted = speeds(&scratch.join("run"), &without_walls);
+    let (fastest, steady) = (adapted.iter().copied().fold(0.0, Real::max), last(&adapted));
+    // Its weight in a vacuum would give it four times as much in the first step.
+    assert!(adapted[1] > 0.5 * steady && fastest < 1.1 * steady, "{adapted:?}");
+    // Negative control: one as heavy as the liquid stays where it is.
+    let weightless = without_walls.iter().copied().chain(["material.glass.density=1260 kg/m^3"]).collect::<Vec<_>>();
+    let still = speeds(&scratch.join("still"), &weightless);
+    assert!(still.iter().all(|speed| speed.abs() < 1e-6 * steady), "{still:?}");
 }
