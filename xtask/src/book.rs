@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::{exit_code, root};
+use crate::{exit_code, root, succeeds};
 
 pub use links::{dead, preprocess};
 
@@ -29,7 +29,7 @@ const LAST: [(&str, &str, &str); 2] =
 
 /// Builds the book; mdBook has to be installed.
 pub fn run() -> u8 {
-    if !Command::new("mdbook").arg("--version").output().is_ok_and(|output| output.status.success()) {
+    if !succeeds(Command::new("mdbook").arg("--version")) {
         eprintln!("error: the book needs mdBook: `cargo install mdbook`");
         return 1;
     }

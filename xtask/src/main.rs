@@ -11,7 +11,7 @@ mod test;
 mod tidy;
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode};
+use std::process::{Command, ExitCode, Stdio};
 
 const HELP: &str = "\
 cargo xtask test [--locked] [ARGS...]   formatting, tidy, lints, then all tests; ARGS go to `cargo test`
@@ -72,6 +72,12 @@ fn cargo() -> Command {
     let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     cargo.current_dir(root());
     cargo
+}
+
+/// Whether a command can be started and succeeds; what it prints is not shown.
+fn succeeds(command: &mut Command) -> bool {
+    let command = command.stdout(Stdio::null()).stderr(Stdio::null());
+    command.status().is_ok_and(|status| status.success())
 }
 
 /// Runs a command to its end and returns its exit code: 127 if it cannot be started, 130 if a signal ended it.

@@ -1,8 +1,8 @@
 //! The tests that run under `mpirun`, with each MPI that is installed.
 
-use std::process::{Command, Stdio};
+use std::process::Command;
 
-use crate::{cargo, test};
+use crate::{cargo, succeeds, test};
 
 /// An MPI: its name, the wrapper of its compiler, its launcher with options.
 struct Mpi {
@@ -27,11 +27,7 @@ error: no MPI is installed, or not its compiler wrapper
 impl Mpi {
     fn is_installed(&self) -> bool {
         let launcher = self.launcher.split_whitespace().next().unwrap_or_default();
-        [self.compiler, launcher].into_iter().all(|program| {
-            let mut version = Command::new(program);
-            version.arg("--version").stdout(Stdio::null()).stderr(Stdio::null());
-            version.status().is_ok_and(|status| status.success())
-        })
+        [self.compiler, launcher].into_iter().all(|program| succeeds(Command::new(program).arg("--version")))
     }
 }
 

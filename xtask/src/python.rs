@@ -1,9 +1,9 @@
 //! The tests of the Python package, on the wheel that `pip install` makes of it.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 
-use crate::{cargo, exit_code, root};
+use crate::{cargo, exit_code, root, succeeds};
 
 const NO_PYTHON: &str = "\
 error: there is no Python of version 3.9 or newer
@@ -72,11 +72,8 @@ fn of_python(command: &mut Command) -> &mut Command {
 fn python() -> Option<String> {
     let named = std::env::var("PYTHON").ok();
     let candidates = named.map_or_else(|| vec!["python3".to_owned(), "python".to_owned()], |name| vec![name]);
-    candidates.into_iter().find(|name| {
-        let mut probe = Command::new(name);
-        probe.args(["-c", "import sys; sys.exit(sys.version_info < (3, 9))"]);
-        probe.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|status| status.success())
-    })
+    let is_new = ["-c", "import sys; sys.exit(sys.version_info < (3, 9))"];
+    candidates.into_iter().find(|name| succeeds(Command::new(name).args(is_new)))
 }
 
 /// A program of a virtual environment.

@@ -8,6 +8,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use crate::{cargo, exit_code, root};
@@ -20,42 +22,36 @@ const END: &str = "<!-- end -->";
 type Problem = String;
 
 /// How a run is made and judged.
+#[derive(Deserialize)]
 struct Run {
     case: String,
+    #[serde(default)]
     set: Vec<String>,
+    #[serde(default)]
     within: BTreeMap<String, f64>,
     /// Beginning of the names of pictures below the results, of which the last is taken or, with `#n` behind it, that after n others, and its
     /// place in the repository.
+    #[serde(default)]
     pictures: BTreeMap<String, String>,
 }
 
 impl Run {
     fn read(root: &Path, name: &str) -> Result<Self, Problem> {
-        let table = read_toml(&root.join(RUNS).join(name).join("run.toml"))?;
-        let text = |value: &toml::Value| value.as_str().map(str::to_owned);
-        let entries = |key: &str| table.get(key).and_then(toml::Value::as_table).cloned().unwrap_or_default();
-        let case = table.get("case").and_then(text).ok_or(format!("{name}/run.toml names no `case`"))?;
-        let set = table.get("set").and_then(toml::Value::as_array).into_iter().flatten().filter_map(text).collect();
-        let mut within = BTreeMap::new();
-        for (key, value) in entries("within") {
-            let part = value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64));
-            within.insert(key, part.ok_or(format!("{name}/run.toml: `within` has no number at `{value}`"))?);
-        }
-        let pictures = entries("pictures").into_iter().filter_map(|(from, to)| Some((from, text(&to)?))).collect();
-        Ok(Self { case, set, within, pictures })
+        read_toml(&root.join(RUNS).join(name).join("run.toml"))
     }
 }
 
-fn read_toml(path: &Path) -> Result<toml::Table, Problem> {
-    let at = |problem: &dyn std::fmt::Display| format!("{}: {problem}", path.display());
-    std::fs::read_to_string(path).map_err(|error| at(&error))?.parse().map_err(|error: toml::de::Error| at(&error))
+fn read_text(path: &Path) -> Result<String, Problem> {
+    std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, Problem> {
+    toml::from_str(&read_text(path)?).map_err(|error| format!("{}: {error}", path.display()))
 }
 
 fn read_summary(folder: &Path) -> Result<Value, Problem> {
     let path = folder.join("summary.json");
-    let at = |problem: &dyn std::fmt::Display| format!("{}: {problem}", path.display());
-    let text = std::fs::read_to_string(&path).map_err(|error| at(&error))?;
-    serde_json::from_str(&text).map_err(|error| at(&error))
+    serde_json::from_str(&read_text(&path)?).map_err(|error| format!("{}: {error}", path.display()))
 }
 
 /// The number at `path`, entries and indices parted by dots.
@@ -147,11 +143,11 @@ fn table(root: &Path, tables: &toml::Table, name: &str, language: &str) -> Resul
 
 /// Pages with tables of results below `root`, with the tables as the summaries have them: path and text.
 pub fn pages(root: &Path) -> Result<Vec<(String, String)>, Problem> {
-    let tables = read_toml(&root.join(TABLES))?;
+    let tables: toml::Table = read_toml(&root.join(TABLES))?;
     let places = table_list(&tables)?;
     let mut pages = Vec::new();
     for path in places {
-        let text = std::fs::read_to_string(root.join(&path)).map_err(|error| format!("{path}: {error}"))?;
+        let text = read_text(&root.join(&path))?;
         let language = if path.ends_with(".ja.md") { "ja" } else { "en" };
         pages.push((path.clone(), with_tables(&text, |name| table(root, &tables, name, language))?));
     }
@@ -293,8 +289,7 @@ fn stamp(root: &Path, name: &str, run: &Run) -> Result<String, Problem> {
         let out = std::process::Command::new("git").args(arguments).current_dir(root).output();
         out.map(|out| String::from_utf8_lossy(&out.stdout).into_owned()).map_err(|error| format!("git: {error}"))
     };
-    let text = |path: PathBuf| std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()));
-    let described = text(root.join(RUNS).join(name).join("run.toml"))? + &text(root.join(&run.case))?;
+    let described = read_text(&root.join(RUNS).join(name).join("run.toml"))? + &read_text(&root.join(&run.case))?;
     Ok(git(&["rev-parse", "HEAD"])? + &git(&["diff", "HEAD", "--", "crates", "Cargo.lock"])? + &described)
 }
 

@@ -4,7 +4,7 @@ use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::{cargo, exit_code, tidy};
+use crate::{cargo, exit_code, succeeds, tidy};
 
 /// Outcome of a stage.
 enum Outcome {
@@ -50,9 +50,7 @@ fn timed(stage: impl FnOnce() -> Outcome) -> (Outcome, Duration) {
 
 /// Runs a cargo component where it is installed.
 fn component(name: &str, arguments: &[&str], locked: bool) -> Outcome {
-    let mut probe = cargo();
-    probe.args([name, "--version"]).stdout(Stdio::null()).stderr(Stdio::null());
-    if exit_code(&mut probe) != 0 {
+    if !succeeds(cargo().args([name, "--version"])) {
         return Outcome::NotInstalled;
     }
     println!("-- {name}");

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use sazanami::machine::peak_memory;
 use sazanami_mics::grains::Imprint;
 use sazanami_mics::solver::Solver;
 use sazanami_numerics::geometry::Shape;
@@ -14,7 +15,7 @@ use sazanami_posing::case::meaning::Case;
 use crate::beds;
 use crate::fluid::Phases;
 use crate::machine::floor_of_bytes;
-use crate::stopwatch::{Stopwatch, forget_peak, memory};
+use crate::stopwatch::{Stopwatch, forget_peak};
 use crate::timing::Timing;
 
 /// Bytes in a mebibyte.
@@ -40,8 +41,7 @@ pub(crate) fn volume_fractions() -> Result<Timing, String> {
     let mut imprint = Imprint::new(domain.cells(), coupling.volume_fractions());
     let mut moved = engine.grains().clone();
     let way = 0.05 * domain.grid().spacing.min_element();
-    let mut timing = Timing { unit: "s", ..Timing::default() };
-    for run in 0..=RUNS {
+    let mut timing = Timing::of_laps(RUNS, |run| {
         let shift = if run % 2 == 0 { way } else { -way };
         moved.position.iter_mut().for_each(|x| *x += Vector::new(0.0, 0.0, shift));
         let watch = Stopwatch::start();
@@ -50,10 +50,8 @@ pub(crate) fn volume_fractions() -> Result<Timing, String> {
         if report.evaluated != moved.owned() {
             return Err(format!("{} of {} grains were evaluated", report.evaluated, moved.owned()));
         }
-        if run > 0 {
-            timing.add(&lap, 1.0);
-        }
-    }
+        Ok(lap)
+    })?;
     let shares: usize = (0..moved.owned()).map(|n| imprint.shares(n).len()).sum();
     let covered = imprint.solid_fraction.data().iter().filter(|&&alpha| alpha > 0.0).count();
     timing.size = format!("{} grains, 4 x 4 columns a cell, {shares} shares in {covered} cells", moved.owned());
@@ -85,14 +83,15 @@ pub(crate) fn case_memory() -> Result<Timing, String> {
     let before = forget_peak();
     let (case, mut solver) = whole_case(Box::<Solo>::default())?;
     Phases::default().step(&mut solver)?;
-    let peak = memory("VmHWM").ok_or("the system does not tell how much memory is taken")?;
-    let held = before.map_or_else(|| "an unknown part".to_owned(), |bytes| format!("{:.0} MiB", bytes / MEBI));
+    let peak = peak_memory().ok_or("the system does not tell how much memory is taken")?;
+    let mebi = |bytes: u64| bytes as Real / MEBI;
+    let held = before.map_or_else(|| "an unknown part".to_owned(), |bytes| format!("{:.0} MiB", mebi(bytes)));
     let cells: Real = case.domain.cells.iter().map(|&n| n as Real + 4.0).product();
     let grains = solver.grains().engine().grains().owned();
     let state = cells * KEPT_FIELDS * 8.0 + grains as Real * 250.0;
     Ok(Timing {
         unit: "MiB",
-        values: vec![peak / MEBI],
+        values: vec![mebi(peak)],
         size: format!(
             "{} cells, {grains} grains of {} spheres; {held} of it held before",
             case.domain.cell_count(),
@@ -107,20 +106,17 @@ pub(crate) fn case_memory() -> Result<Timing, String> {
 /// Steps of the paper's case from its start.
 pub(crate) fn case_step(communicator: Box<dyn Communicator>) -> Result<Timing, String> {
     let (case, mut solver) = whole_case(communicator)?;
-    let mut timing = Timing { unit: "s", ..Timing::default() };
     let mut phases = Phases::default();
     let (mut substeps, mut dt) = (0, 0.0);
-    for run in 0..4 {
+    let mut timing = Timing::of_laps(3, |run| {
         if run == 1 {
             phases = Phases::default();
         }
         let stepped = phases.step(&mut solver)?;
-        if run > 0 {
-            timing.add(&stepped.lap, 1.0);
-        }
         substeps = stepped.report.contacts.substeps;
         dt = stepped.dt;
-    }
+        Ok(stepped.lap)
+    })?;
     timing.size = format!(
         "{} cells, {} grains, step {dt:.2e} s of {substeps} sub-steps; {}",
         case.domain.cell_count(),

@@ -1,6 +1,7 @@
 //! Pressure and the whole fluid step, on the paper's grid.
 
 use sazanami_dem::Engine;
+use sazanami_mics::ball::ball;
 use sazanami_mics::solver::{Phase, Solver};
 use sazanami_numerics::domain::{Domain, GhostRules};
 use sazanami_numerics::grid::{Field, Grid};
@@ -13,7 +14,7 @@ use sazanami_posing::case::meaning::{Case, Placement, StepChoice};
 use crate::beds;
 use crate::machine::floor_of_bytes;
 use crate::stopwatch::{Lap, Stopwatch};
-use crate::timing::Timing;
+use crate::timing::{Timing, shares};
 
 /// The paper's grid and box \[m].
 const CELLS: [usize; 3] = [176, 184, 132];
@@ -48,22 +49,10 @@ fn solve_bytes(iterations: usize, evaluations: usize) -> Real {
     iterations as Real * ITERATION_BYTES + evaluations as Real * RESIDUAL_BYTES + SETUP_BYTES
 }
 
-/// Liquid part of a cell: a ball in the middle of the box, 4 x 4 x 4 samples.
-fn ball(domain: &Domain, [i, j, k]: [isize; 3]) -> Real {
-    let (centre, spacing) = (domain.centre(i, j, k), domain.grid().spacing);
-    let middle = 0.5 * Vector::from_array(SIZE);
-    let sample = |n: usize| {
-        let place = Vector::new((n % 4) as Real, (n / 4 % 4) as Real, (n / 16) as Real) + 0.5;
-        (centre + spacing * (place / 4.0 - 0.5) - middle).length() < 0.5 * DROP
-    };
-    (0..64).filter(|&n| sample(n)).count() as Real / 64.0
-}
-
-/// Face coefficients and right-hand side of `-div(grad p / rho) = -div(u) / dt` for the drop in air.
+/// Face coefficients and right-hand side of `-div(grad p / rho) = -div(u) / dt` for the drop in air, in the middle of the box.
 fn problem(domain: &Domain) -> ([Field<Real>; 3], Field<Real>) {
     let spacing = domain.grid().spacing;
-    let mut liquid = domain.field(0.0);
-    domain.set(&mut liquid, |i, j, k| ball(domain, [i, j, k]));
+    let liquid = ball(domain, 0.5 * Vector::from_array(SIZE), 0.5 * DROP, 4);
     let mut faces: [Field<Real>; 3] = std::array::from_fn(|_| domain.field(0.0));
     for (d, faces) in faces.iter_mut().enumerate() {
         let step: [isize; 3] = std::array::from_fn(|e| isize::from(e == d));
@@ -93,17 +82,14 @@ pub(crate) fn pressure_solve() -> Result<Timing, String> {
         FaceEquation { faces: faces.each_ref(), right_hand_side: &right, ghosts: &GhostRules::EVEN, singular: true };
     let mut solver = ConjugateGradient::new(&domain);
     let mut p = domain.field(0.0);
-    let mut timing = Timing { unit: "s", ..Timing::default() };
     let mut solution = Solution::default();
-    for run in 0..=RUNS {
+    let mut timing = Timing::of_laps(RUNS, |_| {
         p.fill(0.0);
         let watch = Stopwatch::start();
         solution =
             solver.solve(&domain, &equation, &mut p, Stop::Relative(1e-6), 200).map_err(|error| error.to_string())?;
-        if run > 0 {
-            timing.add(&watch.stop(), 1.0);
-        }
-    }
+        Ok(watch.stop())
+    })?;
     timing.size = format!(
         "{} x {} x {} cells, density ratio 1000, {} iterations, true relative residual {:.1e}",
         CELLS[0], CELLS[1], CELLS[2], solution.iterations, solution.relative
@@ -113,7 +99,7 @@ pub(crate) fn pressure_solve() -> Result<Timing, String> {
     Ok(timing.with_floor(floor, how))
 }
 
-/// Seconds in the phases of steps: fluid, pressure, grains, coupling, and the rest.
+/// Seconds in the phases of steps, in the order of [`Phase`].
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Phases {
     seconds: [Real; 4],
@@ -123,38 +109,31 @@ impl Phases {
     /// Steps the solver once more and adds up its phases; the length of the step \[s] and a lap.
     pub(crate) fn step(&mut self, solver: &mut Solver) -> Result<Stepped, String> {
         let begin = std::time::Instant::now();
-        let mut now = (0, begin);
+        let mut now = (Phase::Fluid, begin);
         let step = solver.stable_step();
         let watch = Stopwatch::start();
         let seconds = &mut self.seconds;
         let report = solver
             .step(step, step.dt, |phase| {
                 let time = std::time::Instant::now();
-                seconds[now.0] += (time - now.1).as_secs_f64();
-                now = (Self::number(phase), time);
+                seconds[now.0 as usize] += (time - now.1).as_secs_f64();
+                now = (phase, time);
             })
             .map_err(|error| error.to_string())?;
-        self.seconds[now.0] += now.1.elapsed().as_secs_f64();
+        self.seconds[now.0 as usize] += now.1.elapsed().as_secs_f64();
         let lap = watch.stop();
         Ok(Stepped { report, dt: step.dt, lap })
     }
 
-    const fn number(phase: Phase) -> usize {
-        match phase {
-            Phase::Fluid => 0,
-            Phase::Pressure => 1,
-            Phase::Grains => 2,
-            Phase::Coupling => 3,
-        }
-    }
-
     /// Shares of the phases that took any time, in words.
     pub(crate) fn in_words(&self) -> String {
-        let all: Real = self.seconds.iter().sum();
-        let share = |n: usize| (100.0 * self.seconds[n] / all.max(1e-300)).round();
-        let names = ["transport and viscosity", "pressure", "grains", "coupling"];
-        let parts = (0..names.len()).filter(|&n| share(n) > 0.0).map(|n| format!("{} {} %", names[n], share(n)));
-        parts.collect::<Vec<String>>().join(", ")
+        let [fluid, pressure, grains, coupling] = self.seconds;
+        shares(&[
+            ("transport and viscosity", fluid),
+            ("pressure", pressure),
+            ("grains", grains),
+            ("coupling", coupling),
+        ])
     }
 }
 
@@ -184,18 +163,14 @@ fn drop_alone() -> Result<(Case, Solver), String> {
 /// Steps of the drop on its way through the air.
 pub(crate) fn fluid_step() -> Result<Timing, String> {
     let (case, mut solver) = drop_alone()?;
-    let mut timing = Timing { unit: "s", ..Timing::default() };
     let mut phases = Phases::default();
     let mut bytes = 0.0;
     let (mut iterations, mut dt) = (0, 0.0);
-    for run in 0..=RUNS {
-        let mut of_this = Phases::default();
-        let stepped = of_this.step(&mut solver)?;
-        if run == 0 {
-            continue;
+    let mut timing = Timing::of_laps(RUNS, |run| {
+        if run == 1 {
+            (phases, iterations, bytes) = (Phases::default(), 0, 0.0);
         }
-        timing.add(&stepped.lap, 1.0);
-        phases.seconds.iter_mut().zip(of_this.seconds).for_each(|(sum, seconds)| *sum += seconds);
+        let stepped = phases.step(&mut solver)?;
         let report = &stepped.report;
         iterations += report.pressure.iterations;
         dt = stepped.dt;
@@ -204,7 +179,8 @@ pub(crate) fn fluid_step() -> Result<Timing, String> {
             + report.diffusion.iterations as Real * DIFFUSION_BYTES
             + FACES_BYTES
             + CORRECTION_BYTES;
-    }
+        Ok(stepped.lap)
+    })?;
     let n = case.domain.cells;
     timing.size = format!(
         "{} x {} x {} cells, drop of 5.54 mm at 9 m/s, step {dt:.2e} s, {:.1} pressure iterations; {}",

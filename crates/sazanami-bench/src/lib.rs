@@ -41,9 +41,9 @@ pub struct Bench {
 #[derive(Clone, Copy, Debug)]
 pub enum Time {
     /// On one rank.
-    Alone(fn() -> Result<Timing, String>),
+    Alone(Alone),
     /// On any number of ranks, each of which calls it.
-    Shared(fn(Box<dyn Communicator>) -> Result<Timing, String>),
+    Shared(Shared),
 }
 
 /// Cases and machine that benchmarks run on.
@@ -76,7 +76,7 @@ impl Place {
             }
             (Time::Alone(_), _) if self.ranks() > 1 => Err(CommandError::input(
                 format!("`{}` is timed on one rank, and there are {}", bench.name, self.ranks()),
-                format!("name benchmarks that ranks share: {}", shared().join(", ")),
+                format!("name benchmarks that ranks share: {}", names_of_shared().join(", ")),
             )),
             (Time::Alone(time), _) => with_threads(self.threads, time)
                 .map_err(|refused| CommandError::input(refused.to_string(), "ask for fewer with `--threads`")),
@@ -99,72 +99,51 @@ pub fn follow(processes: &Processes, order: &str) {
 }
 
 /// Names of the benchmarks that ranks share.
-fn shared() -> Vec<&'static str> {
+fn names_of_shared() -> Vec<&'static str> {
     BENCHES.iter().filter(|bench| matches!(bench.time, Time::Shared(_))).map(|bench| bench.name).collect()
+}
+
+type Alone = fn() -> Result<Timing, String>;
+type Shared = fn(Box<dyn Communicator>) -> Result<Timing, String>;
+
+const fn alone(name: &'static str, about: &'static str, time: Alone) -> Bench {
+    Bench { name, about, time: Time::Alone(time) }
+}
+
+const fn shared(name: &'static str, about: &'static str, time: Shared) -> Bench {
+    Bench { name, about, time: Time::Shared(time) }
 }
 
 /// The benchmarks of this version, on the sizes of Yagyu et al. (2015). Memory comes first: later ones leave some behind.
 const BENCHES: &[Bench] = &[
-    Bench {
-        name: "case_memory",
-        about: "peak memory of the paper's whole case: built, and one step",
-        time: Time::Alone(coupling::case_memory),
-    },
-    Bench {
-        name: "machine_triad",
-        about: "memory bandwidth, the measure of the floors",
-        time: Time::Alone(machine::triad),
-    },
-    Bench {
-        name: "dem_substep_shell75",
-        about: "contact sub-step of the paper's settled bed, 75 spheres a grain",
-        time: Time::Alone(contacts::shell75),
-    },
-    Bench {
-        name: "dem_substep_spheres",
-        about: "contact sub-step of 30,600 settled spheres",
-        time: Time::Alone(contacts::spheres),
-    },
-    Bench {
-        name: "dem_substep_tank",
-        about: "the same of 34,000 spheres, the bed of a wave tank between two walls",
-        time: Time::Alone(contacts::tank),
-    },
-    Bench {
-        name: "packing_bed",
-        about: "packing of the paper's bed, from a sub-step of the settled bed",
-        time: Time::Alone(contacts::packing_bed),
-    },
-    Bench {
-        name: "volume_fractions",
-        about: "cells covered by all grains of the paper's bed, every grain moved",
-        time: Time::Alone(coupling::volume_fractions),
-    },
-    Bench {
-        name: "pressure_solve",
-        about: "pressure of a drop in air, density ratio 1000, relative residual 1e-6 from zero",
-        time: Time::Alone(fluid::pressure_solve),
-    },
-    Bench {
-        name: "fluid_step",
-        about: "whole fluid step, drop at 9 m/s, max |div u| dt <= 1e-6",
-        time: Time::Alone(fluid::fluid_step),
-    },
-    Bench {
-        name: "case_step",
-        about: "whole step of the paper's case: fluid, grains and their coupling",
-        time: Time::Shared(coupling::case_step),
-    },
-    Bench {
-        name: "mps_step",
-        about: "step of moving particles in a wave tank over a bed of spheres, without the grains' sub-steps",
-        time: Time::Alone(particles::tank_step),
-    },
-    Bench {
-        name: "mps_dam_break",
-        about: "step of 100,000 moving particles of a dam that breaks, steps 50 to 100",
-        time: Time::Alone(particles::dam_break),
-    },
+    alone("case_memory", "peak memory of the paper's whole case: built, and one step", coupling::case_memory),
+    alone("machine_triad", "memory bandwidth, the measure of the floors", machine::triad),
+    alone("dem_substep_shell75", "contact sub-step of the paper's settled bed, 75 spheres a grain", contacts::shell75),
+    alone("dem_substep_spheres", "contact sub-step of 30,600 settled spheres", contacts::spheres),
+    alone("dem_substep_tank", "the same of 34,000 spheres, the bed of a wave tank between two walls", contacts::tank),
+    alone("packing_bed", "packing of the paper's bed, from a sub-step of the settled bed", contacts::packing_bed),
+    alone(
+        "volume_fractions",
+        "cells covered by all grains of the paper's bed, every grain moved",
+        coupling::volume_fractions,
+    ),
+    alone(
+        "pressure_solve",
+        "pressure of a drop in air, density ratio 1000, relative residual 1e-6 from zero",
+        fluid::pressure_solve,
+    ),
+    alone("fluid_step", "whole fluid step, drop at 9 m/s, max |div u| dt <= 1e-6", fluid::fluid_step),
+    shared("case_step", "whole step of the paper's case: fluid, grains and their coupling", coupling::case_step),
+    alone(
+        "mps_step",
+        "step of moving particles in a wave tank over a bed of spheres, without the grains' sub-steps",
+        particles::tank_step,
+    ),
+    alone(
+        "mps_dam_break",
+        "step of 100,000 moving particles of a dam that breaks, steps 50 to 100",
+        particles::dam_break,
+    ),
 ];
 
 /// The benchmarks of this version.

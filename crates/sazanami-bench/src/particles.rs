@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use sazanami_dem::{Engine, Grain};
+use sazanami_dem::{Engine, Grain, Random};
 use sazanami_mps::solver::{Forcing, Phase, Solver, StepReport};
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::Solo;
@@ -13,7 +13,7 @@ use sazanami_posing::feasible;
 
 use crate::machine::floor_of_bytes;
 use crate::stopwatch::{Lap, Stopwatch};
-use crate::timing::Timing;
+use crate::timing::{Timing, shares, spread};
 
 pub(crate) const GRAVITY: Vector = Vector::new(0.0, 0.0, -9.81);
 
@@ -84,37 +84,25 @@ fn bed(case: &Case) -> Vec<Grain> {
     let edge = 1.204;
     let count = [extent.x, extent.y].map(|length| (length / edge).floor() as usize);
     let size = Vector::new(extent.x / count[0] as Real, extent.y / count[1] as Real, edge);
-    let mut state = 1_u64;
-    let mut random = move || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as Real / (1_u64 << 53) as Real - 0.5
-    };
+    let mut random = Random::new(1);
+    let mut aside = || random.between(-0.04, 0.04);
     let layer = count[0] * count[1];
     let sphere = |n: usize| {
         let (half, place) = (0.5 * (n / layer % 2) as Real, n % layer);
         let place = Vector::new((place % count[0]) as Real, (place / count[0]) as Real, (n / layer / 2) as Real);
         let place = (place + 0.25 + half) * size + Vector::new(0.0, 0.0, 0.25);
-        let jitter = 0.08 * Vector::new(random(), random(), random());
+        let jitter = Vector::new(aside(), aside(), aside());
         Grain { position: case.domain.lower + diameter * (place + jitter), ..member(case, 0, n, 1.0) }
     };
     (0..BED_LAYERS * layer).map(sphere).collect()
-}
-
-fn number(phase: Phase) -> usize {
-    match phase {
-        Phase::Neighbours => 0,
-        Phase::Fluid => 1,
-        Phase::Pressure => 2,
-        Phase::Coupling => 3,
-        Phase::Grains => 4,
-    }
 }
 
 /// Times steps; what they did is reported with the timing.
 #[derive(Default)]
 struct Steps {
     timing: Timing,
-    /// Processor time of the phases, or time where the system does not report it, of all timed steps \[s].
+    /// Processor time of the phases in the order of [`Phase`], or time where the system does not report it, of all timed
+    /// steps \[s].
     phases: [Real; 5],
     iterations: usize,
     /// Bytes that have to move in a step.
@@ -124,21 +112,21 @@ struct Steps {
 impl Steps {
     /// One step, its time without that of the grains.
     fn step(&mut self, solver: &mut Solver, dt: Real, body_force: Vector, timed: bool) -> Result<StepReport, String> {
-        let mut now = (0, Stopwatch::start());
-        let mut laps: Vec<(usize, Lap)> = Vec::new();
+        let mut now = (Phase::Neighbours, Stopwatch::start());
+        let mut laps: Vec<(Phase, Lap)> = Vec::new();
         let report = self::step(solver, dt, body_force, |phase| {
             laps.push((now.0, now.1.stop()));
-            now = (number(phase), Stopwatch::start());
+            now = (phase, Stopwatch::start());
         })?;
         laps.push((now.0, now.1.stop()));
         if timed {
             let busy = laps.iter().filter_map(|(_, lap)| Some(lap.busy_elsewhere? * lap.wall)).sum::<Real>();
-            let fluid = || laps.iter().filter(|(phase, _)| *phase != number(Phase::Grains));
+            let fluid = || laps.iter().filter(|(phase, _)| *phase != Phase::Grains);
             let wall: Real = fluid().map(|(_, lap)| lap.wall).sum();
             let cpu = fluid().map(|(_, lap)| lap.cpu).sum::<Option<Real>>();
             let busy = laps.iter().any(|(_, lap)| lap.busy_elsewhere.is_some()).then_some(busy / wall);
             self.timing.add(&Lap { wall, cpu, busy_elsewhere: busy }, 1.0);
-            laps.iter().for_each(|(phase, lap)| self.phases[*phase] += lap.cpu.unwrap_or(lap.wall));
+            laps.iter().for_each(|(phase, lap)| self.phases[*phase as usize] += lap.cpu.unwrap_or(lap.wall));
             self.iterations += report.pressure.iterations;
             let passes = report.pressure.iterations as Real + COEFFICIENT_PASSES;
             self.bytes += report.pairs as Real * (LIST_BYTES + COEFFICIENT_BYTES * passes);
@@ -149,20 +137,17 @@ impl Steps {
     fn finish(mut self, solver: &Solver, words: &str, last: &StepReport) -> Timing {
         let steps = self.timing.values.len().max(1) as Real;
         let fluid = (0..solver.particles().owned()).filter(|&a| solver.particles().is_fluid(a)).count();
-        let [_, median, _] = crate::timing::spread(&self.timing.values).unwrap_or_default();
-        let names = ["lists", "sums", "pressure", "coupling"];
-        let all: Real = self.phases[..4].iter().sum();
-        let share = |n: usize| (100.0 * self.phases[n] / all.max(1e-300)).round();
-        let parts = (0..4).filter(|&n| share(n) > 0.0).map(|n| format!("{} {} %", names[n], share(n)));
+        let [_, median, _] = spread(&self.timing.values).unwrap_or_default();
+        let [lists, sums, pressure, _, coupling] = self.phases;
+        let shares = shares(&[("lists", lists), ("sums", sums), ("pressure", pressure), ("coupling", coupling)]);
         self.timing.unit = "s";
         self.timing.size = format!(
             "{words}: {fluid} fluid and {} wall particles, {} pairs, {:.1} iterations, {:.3e} fluid particles a \
-             second; {}",
+             second; {shares}",
             solver.particles().owned() - fluid,
             last.pairs,
             self.iterations as Real / steps,
             fluid as Real / median.max(1e-300),
-            parts.collect::<Vec<String>>().join(", ")
         );
         let (floor, how) = floor_of_bytes(
             self.bytes / steps,

@@ -58,14 +58,24 @@ pub struct Timing {
 impl Timing {
     /// Runs `work` once to warm up and then `runs` times; seconds per run.
     pub fn of(size: impl Into<String>, runs: usize, mut work: impl FnMut()) -> Self {
-        work();
-        let mut timing = Self { unit: "s", size: size.into(), ..Self::default() };
-        for _ in 0..runs.max(1) {
+        let timing = Self::of_laps(runs.max(1), |_| {
             let watch = Stopwatch::start();
             work();
-            timing.add(&watch.stop(), 1.0);
+            Ok(watch.stop())
+        });
+        Self { size: size.into(), ..timing.unwrap_or_default() }
+    }
+
+    /// Runs `work` once to warm up and then `runs` times, each with its number; seconds of the laps that it returns.
+    pub(crate) fn of_laps(runs: usize, mut work: impl FnMut(usize) -> Result<Lap, String>) -> Result<Self, String> {
+        let mut timing = Self { unit: "s", ..Self::default() };
+        for run in 0..=runs {
+            let lap = work(run)?;
+            if run > 0 {
+                timing.add(&lap, 1.0);
+            }
         }
-        timing
+        Ok(timing)
     }
 
     /// Adds a run; `factor` turns seconds into the unit of the values.
@@ -101,6 +111,14 @@ impl Timing {
             busy_elsewhere: self.busy_elsewhere,
         }
     }
+}
+
+/// Names of the phases that took any time, with their shares of all `times`.
+pub(crate) fn shares(phases: &[(&str, Real)]) -> String {
+    let all: Real = phases.iter().map(|(_, time)| time).sum();
+    let shares = phases.iter().map(|(name, time)| (name, (100.0 * time / all.max(1e-300)).round()));
+    let parts = shares.filter(|(_, share)| *share > 0.0).map(|(name, share)| format!("{name} {share} %"));
+    parts.collect::<Vec<String>>().join(", ")
 }
 
 /// Least, median and largest of some values.

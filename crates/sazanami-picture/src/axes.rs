@@ -81,7 +81,8 @@ fn number(value: f64, decimals: usize) -> String {
 }
 
 /// A whole number raised.
-pub(super) fn superscript(value: i32) -> String {
+#[must_use]
+pub fn superscript(value: i32) -> String {
     let raised = |c| match c {
         '-' => '⁻',
         '1' => '¹',

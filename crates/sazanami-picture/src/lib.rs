@@ -17,10 +17,11 @@ mod still;
 mod text;
 mod vectors;
 
+pub use axes::superscript;
 pub use colour::{Colour, ColourMap, ColourScale};
 pub use isosurface::Isosurface;
 pub use painter::Painter;
-pub use section::{LiquidStyle, SectionView, section_of_cells};
+pub use section::{SectionView, section_of_cells};
 pub use slab::{SlabPanel, SlabView};
 pub use still::{Still, Viewpoint};
 pub use vectors::VectorWindow;

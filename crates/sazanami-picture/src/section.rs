@@ -8,19 +8,9 @@ use super::canvas::{Anchor, Canvas, Font, Pen, Rectangle};
 use super::colour::{BLACK, BLUE, Light, mix, to_colour, to_light};
 use super::raster::{EMPTY, INSIDE, Layer, Place, SAMPLES, is_front, reduce};
 use super::scene::{Drawn, Scene, daylight};
-use super::{ColourScale, Isosurface, Picture, PictureError, check_length, crater, text};
+use super::{ColourScale, Picture, PictureError, check_length, crater, text};
 use sazanami::artist::BedSurface;
 use sazanami_io::Bodies;
-
-/// Style of the liquid of a section.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum LiquidStyle {
-    /// Cells as they are, the fuller the darker.
-    Cells,
-    /// Fractions interpolated between the cells' centres, with a line where they are one half.
-    #[default]
-    Smooth,
-}
 
 /// A section normal to x2 at one instant, seen along x2.
 #[derive(Clone, Debug)]
@@ -33,15 +23,10 @@ pub struct SectionView<'a> {
     pub plane: f64,
     /// Line above the picture, for example case, time and speed.
     pub title: &'a str,
-    /// Fraction of each cell of the section that is liquid, x1 fastest (see [`section_of_cells`]).
+    /// Fraction of each cell of the section that is liquid, x1 fastest (see [`section_of_cells`]): drawn between the
+    /// cells' centres, the fuller the darker, with a line where it is one half.
     pub liquid: &'a [f64],
-    /// Cells with less liquid show none (0.01 in Yagyu et al. 2015).
-    pub liquid_threshold: f64,
-    /// Drawing of the liquid fractions of the cells.
-    pub liquid_style: LiquidStyle,
-    /// Surface of the liquid, to be shown behind the section.
-    pub liquid_behind: Option<&'a Isosurface>,
-    /// Grains; none for a picture of the liquid alone.
+    /// Grains, cut and behind the section; none for a picture of the liquid alone.
     pub bodies: Bodies<'a>,
     /// Values that colour the grains, one each.
     pub values: &'a [f64],
@@ -49,8 +34,6 @@ pub struct SectionView<'a> {
     pub scale: &'a ColourScale,
     /// Surface of the bed and crater, drawn over the grains and explained below them.
     pub surface: Option<&'a BedSurface>,
-    /// Whether grains behind the section are drawn too.
-    pub behind: bool,
     /// Width of the section in the picture \[pixels].
     pub width: usize,
 }
@@ -75,6 +58,8 @@ pub fn section_of_cells(grid: &Grid, values: &[f64], x2: f64) -> Vec<f64> {
     section
 }
 
+/// Where there is less liquid none is shown (Yagyu et al. 2015).
+const LEAST_LIQUID: f64 = 0.01;
 /// Smallest detail of a grain that is drawn [samples].
 const DETAIL: f64 = 3.0;
 const SIZE: f64 = 20.0;
@@ -91,14 +76,10 @@ impl<'a> SectionView<'a> {
             plane,
             title,
             liquid,
-            liquid_threshold: 0.01,
-            liquid_style: LiquidStyle::default(),
-            liquid_behind: None,
             bodies: Bodies::none(),
             values: &[],
             scale,
             surface: None,
-            behind: true,
             width: 1000,
         }
     }
@@ -151,7 +132,7 @@ impl<'a> SectionView<'a> {
         let size = text::fitted(self.title, 22.0, 0.98 * width as f64);
         let font = Font { size, colour: BLACK, across: Anchor::Middle, down: Anchor::Middle, upwards: false };
         canvas.text([0.5 * width as f64, 0.5 * area.top], self.title, font);
-        if self.liquid.iter().any(|&fraction| fraction >= self.liquid_threshold) {
+        if self.liquid.iter().any(|&fraction| fraction >= LEAST_LIQUID) {
             let label = if has_bar { "liquid" } else { "liquid, the fuller the darker; line: half full" };
             draw_swatch(&mut canvas, [area.right, area.bottom + 2.4 * SIZE], BLUE, label, 0.9 * SIZE);
         }
@@ -167,54 +148,38 @@ impl<'a> SectionView<'a> {
     fn render(&self, height: usize) -> Picture {
         let size = [self.width * SAMPLES, height * SAMPLES];
         let grains = self.draw_grains(size);
-        let liquid = self.draw_liquid_behind(size);
         let scale = (size[0] as f64 / self.grid.extent().x) as f32;
         let haze_depth = 0.45 * self.grid.extent().y as f32 * scale;
         let (haze, water, paper) = (to_light([226, 231, 236]), to_light(BLUE), to_light([250, 251, 252]));
         let bodies = self.values.iter().map(|&value| to_light(self.scale.colour(value))).collect::<Vec<Light>>();
-        let in_front =
-            |sample: usize| liquid.as_ref().filter(|l| l.surface.depth[sample] < grains.surface.depth[sample]);
-        let key = |sample: usize| (grains.surface.nearest[sample], in_front(sample).map(|l| l.surface.nearest[sample]));
+        let key = |sample: usize| grains.surface.nearest[sample];
         reduce([self.width, height], key, |sample, place| {
-            let number = grains.surface.nearest[sample];
+            let number = key(sample);
             if number != EMPTY && number & INSIDE != 0 {
                 return bodies[grains.tags[grains.surface.corner(sample) as usize] as usize].map(|c| 0.93 * c);
             }
-            let hazy = |drawn: &Drawn| {
-                let [r, g, b, opacity] = drawn.surface.interpolate(sample, place, &drawn.light);
-                let part = 0.75 * (1.0 - (-drawn.surface.depth[sample] / haze_depth).exp());
-                (mix([r, g, b], haze, part), opacity)
-            };
-            let mut light = if number == EMPTY { paper } else { hazy(&grains).0 };
-            if let Some(liquid) = in_front(sample) {
-                let (water, opacity) = hazy(liquid);
-                light = mix(light, water, opacity);
-            }
-            let fraction = self.liquid_at(place, size);
-            if fraction >= self.liquid_threshold {
-                mix(light, water, (0.10 + 0.64 * fraction.min(1.0)) as f32)
+            let light = if number == EMPTY {
+                paper
             } else {
-                light
-            }
+                let [r, g, b, _] = grains.surface.interpolate(sample, place, &grains.light);
+                mix([r, g, b], haze, 0.75 * (1.0 - (-grains.surface.depth[sample] / haze_depth).exp()))
+            };
+            let fraction = self.liquid_at(place, size);
+            if fraction >= LEAST_LIQUID { mix(light, water, (0.10 + 0.64 * fraction.min(1.0)) as f32) } else { light }
         })
     }
 
-    /// Liquid fraction at a place of the enlarged picture.
+    /// Liquid fraction at a place of the enlarged picture, between the centres of cells.
     fn liquid_at(&self, [across, down]: [f32; 2], size: [usize; 2]) -> f64 {
         let [n1, _, n3] = self.grid.cells;
         let x = f64::from(across) / size[0] as f64 * n1 as f64;
         let z = (1.0 - f64::from(down) / size[1] as f64) * self.height() / self.grid.spacing.z;
-        match self.liquid_style {
-            LiquidStyle::Cells => self.liquid[(z as usize).min(n3 - 1) * n1 + (x as usize).min(n1 - 1)],
-            LiquidStyle::Smooth => {
-                let ([i, a], [k, c]) = (between(x, n1), between(z, n3));
-                let row = |k: usize| {
-                    let next = (i as usize + 1).min(n1 - 1);
-                    self.liquid[k * n1 + i as usize] * (1.0 - a) + self.liquid[k * n1 + next] * a
-                };
-                row(k as usize) * (1.0 - c) + row((k as usize + 1).min(n3 - 1)) * c
-            }
-        }
+        let ([i, a], [k, c]) = (between(x, n1), between(z, n3));
+        let row = |k: usize| {
+            let next = (i as usize + 1).min(n1 - 1);
+            self.liquid[k * n1 + i as usize] * (1.0 - a) + self.liquid[k * n1 + next] * a
+        };
+        row(k as usize) * (1.0 - c) + row((k as usize + 1).min(n3 - 1)) * c
     }
 
     /// Place of a point in the enlarged picture, with the distance behind the section as depth.
@@ -243,7 +208,7 @@ impl<'a> SectionView<'a> {
     fn draw_grains(&self, size: [usize; 2]) -> Drawn {
         let is_cut = self.cut_bodies();
         let detail = DETAIL * self.grid.extent().x / size[0] as f64;
-        let is_drawn = |number: usize| is_cut[number] || (self.behind && self.distance_behind(number) > 0.0);
+        let is_drawn = |number: usize| is_cut[number] || self.distance_behind(number) > 0.0;
         let scene = Scene::of_bodies(&self.bodies, detail, is_drawn);
         let places: Vec<Place> = scene.places.iter().map(|&place| self.place(place, size)).collect();
         let is_seen = |triangle: &&[u32; 3]| {
@@ -258,25 +223,8 @@ impl<'a> SectionView<'a> {
         Drawn { surface, light, tags: scene.tags }
     }
 
-    fn draw_liquid_behind(&self, size: [usize; 2]) -> Option<Drawn> {
-        let surface = self.liquid_behind?;
-        let base = to_light([96, 164, 224]);
-        let sun = SUN.normalize();
-        let light = |normal: &Vector| {
-            let [r, g, b] = base.map(|c| c * (0.45 + 0.6 * normal.dot(sun).abs() as f32));
-            let slant = 1.0 - normal.y.abs() as f32;
-            [r, g, b, 0.30 + 0.45 * slant * slant]
-        };
-        let places = surface.nodes.iter().map(|&node| self.place(node, size)).collect();
-        let light = surface.normals.iter().map(light).collect();
-        Some(Drawn { surface: Layer::draw(size, places, surface.triangles.clone(), 0.0), light, tags: Vec::new() })
-    }
-
     /// Line where the liquid fills half of the cells.
     fn draw_liquid_line(&self, canvas: &mut Canvas, frame: &Frame) {
-        if self.liquid_style == LiquidStyle::Cells {
-            return;
-        }
         let [n1, _, n3] = self.grid.cells;
         let pen = Pen::new(1.6, [22, 70, 130]);
         let value = |i: usize, k: usize| self.liquid[k * n1 + i] - 0.5;

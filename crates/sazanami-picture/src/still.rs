@@ -41,15 +41,13 @@ pub struct Still<'a> {
     pub bodies: Bodies<'a>,
     /// Values that colour the grains, one each.
     pub values: &'a [f64],
-    /// Colours of the values.
+    /// Colours of the values; a bar beside the picture explains them.
     pub scale: &'a ColourScale,
     /// Surface of the liquid.
     pub liquid: Option<&'a Isosurface>,
     /// Whether what lies on the side of the eye of the plane through the middle of the box, normal to x2, is left out: the
     /// liquid there, and grains that lie there as a whole. A note in the picture says so.
     pub cut_open: bool,
-    /// Whether a bar explains the colours.
-    pub colour_bar: bool,
     /// Width and height of the view, without title and bar \[pixels].
     pub size: [usize; 2],
 }
@@ -130,7 +128,6 @@ impl<'a> Still<'a> {
             scale,
             liquid: None,
             cut_open: false,
-            colour_bar: true,
             size: [1100, 700],
         }
     }
@@ -183,10 +180,9 @@ impl<'a> Still<'a> {
         canvas.paste(0, 0, &picture);
         self.draw_box(&mut canvas, &camera, &grains.surface, liquid.as_ref().map(|liquid| &liquid.surface));
         let picture = canvas.finish();
-        let bar_width = if self.colour_bar { BESIDE } else { 0 };
-        let mut canvas = Canvas::new(width + bar_width, ABOVE + height);
+        let mut canvas = Canvas::new(width + BESIDE, ABOVE + height);
         canvas.paste(0, ABOVE, &picture);
-        let size = text::fitted(self.title, 24.0, (width + bar_width) as f64 - 40.0);
+        let size = text::fitted(self.title, 24.0, (width + BESIDE) as f64 - 40.0);
         let font = Font { size, colour: BLACK, across: Anchor::Start, down: Anchor::Start, upwards: false };
         canvas.text([26.0, 22.0], self.title, font);
         if self.liquid.is_some() {
@@ -197,11 +193,9 @@ impl<'a> Still<'a> {
             let note = Font { size: 17.0, colour: GREY, down: Anchor::End, ..font };
             canvas.text([26.0, bottom], CUT_NOTE, note);
         }
-        if self.colour_bar {
-            let (left, middle) = (width as f64 + 22.0, ABOVE as f64 + height as f64 / 2.0);
-            let bar = Rectangle { left, right: left + 22.0, top: middle - 200.0, bottom: middle + 200.0 };
-            draw_colour_bar(&mut canvas, bar, self.scale, 18.0);
-        }
+        let (left, middle) = (width as f64 + 22.0, ABOVE as f64 + height as f64 / 2.0);
+        let bar = Rectangle { left, right: left + 22.0, top: middle - 200.0, bottom: middle + 200.0 };
+        draw_colour_bar(&mut canvas, bar, self.scale, 18.0);
         Ok(canvas.finish())
     }
 

@@ -21,6 +21,13 @@ pub struct Curve {
     pub bars: Vec<f64>,
 }
 
+impl Curve {
+    /// A curve that is shown at first, without uncertainty.
+    pub fn new(label: impl Into<String>, values: Vec<f64>) -> Self {
+        Self { label: label.into(), shown: true, values, bars: Vec::new() }
+    }
+}
+
 /// Curves over the same abscissae.
 #[derive(Clone, Debug)]
 pub struct Curves {
@@ -117,18 +124,17 @@ pub fn of_columns(series: &Table, title: &str, columns: &[&str], shown: usize) -
         let kept = values.into_iter().enumerate().filter(|(row, _)| row % every == 0 || *row == last);
         kept.map(|(_, value)| value).collect()
     };
-    let curves = columns.iter().filter(|name| unit_of(name).is_some_and(|own| own == unit)).map(|name| {
-        let values = thinned(series.column(name));
-        Curve { label: plain(name), shown: true, values, bars: Vec::new() }
-    });
+    let curves = columns
+        .iter()
+        .filter(|name| unit_of(name).is_some_and(|own| own == unit))
+        .map(|name| Curve::new(plain(name), thinned(series.column(name))));
     let mut curves: Vec<Curve> = curves.filter(|curve| curve.values.iter().any(|value| value.is_finite())).collect();
     curves.iter_mut().skip(shown).for_each(|curve| curve.shown = false);
     if curves.is_empty() {
         return None;
     }
-    let x = thinned(series.column("time"));
-    let tables = vec![Curves { x, curves }];
-    Some(Chart { title: title.to_owned(), x: ("time".into(), "s".into()), unit, tables, points: false, every })
+    let tables = vec![Curves { x: thinned(series.column("time")), curves }];
+    Some(Chart { every, ..Chart::new(title, ["time", "s"], &unit, tables) })
 }
 
 /// Heights of a bed against `x` at the first, some middle and the last of their times.
@@ -139,12 +145,10 @@ pub fn of_profiles(title: &str, x: &str, profiles: Vec<(f64, Vec<f64>, Vec<f64>)
     chosen.dedup();
     let table = |&n: &usize| {
         let (time, places, heights) = &profiles[n];
-        let label = format!("t = {} ms", rounded(1e3 * time));
-        let curve = Curve { label, shown: true, values: heights.clone(), bars: Vec::new() };
+        let curve = Curve::new(format!("t = {} ms", rounded(1e3 * time)), heights.clone());
         Curves { x: places.clone(), curves: vec![curve] }
     };
-    let tables = chosen.iter().map(table).collect();
-    Some(Chart { title: title.into(), x: (x.into(), "m".into()), unit: "m".into(), tables, points: false, every: 1 })
+    Some(Chart::new(title, [x, "m"], "m", chosen.iter().map(table).collect()))
 }
 
 /// Surfaces of a crater: a row a time, a column a layer about the axis.
@@ -182,23 +186,11 @@ pub fn of_layers(table: &Table) -> Vec<Chart> {
         let curves = |layer: &str| {
             let rows: Vec<usize> = (0..table.len()).filter(|&row| layers[row] == layer).collect();
             let pick = |values: &[f64]| rows.iter().map(|&row| values[row]).collect::<Vec<f64>>();
-            let curve = |name: &&str| Curve {
-                label: format!("{} of the {layer} layer", plain(name)),
-                shown: true,
-                values: pick(&table.column(name)),
-                bars: Vec::new(),
-            };
+            let curve =
+                |name: &&str| Curve::new(format!("{} of the {layer} layer", plain(name)), pick(&table.column(name)));
             Curves { x: pick(&times), curves: columns.iter().map(curve).collect() }
         };
-        let tables = ["upper", "lower"].map(curves).into();
-        Chart {
-            title: title.into(),
-            x: ("time".into(), "s".into()),
-            unit: unit.into(),
-            tables,
-            points: false,
-            every: 1,
-        }
+        Chart::new(title, ["time", "s"], unit, ["upper", "lower"].map(curves).into())
     };
     [
         ("Velocities in the layers of the bed", ["water_velocity_1", "grain_velocity_1"], "m/s"),
@@ -209,11 +201,23 @@ pub fn of_layers(table: &Table) -> Vec<Chart> {
 }
 
 impl Chart {
+    /// Lines over an abscissa with its unit, from all rows.
+    pub fn new(title: &str, [x, x_unit]: [&str; 2], unit: &str, tables: Vec<Curves>) -> Self {
+        let x = (x.to_owned(), x_unit.to_owned());
+        Self { title: title.to_owned(), x, unit: unit.to_owned(), tables, points: false, every: 1 }
+    }
+
+    /// The same with all curves called `name`.
+    pub fn named(mut self, name: &str) -> Self {
+        self.tables.iter_mut().flat_map(|table| &mut table.curves).for_each(|curve| name.clone_into(&mut curve.label));
+        self
+    }
+
     /// The same with the `points` of a surface that was measured at `time` \[s].
     pub fn with_measured(mut self, time: f64, points: &[[f64; 2]]) -> Self {
         let [x, values] = [0, 1].map(|d| points.iter().map(|point| point[d]).collect());
-        let label = format!("experiment, t = {} ms", rounded(1e3 * time));
-        self.tables.push(Curves { x, curves: vec![Curve { label, shown: true, values, bars: Vec::new() }] });
+        let curve = Curve::new(format!("experiment, t = {} ms", rounded(1e3 * time)), values);
+        self.tables.push(Curves { x, curves: vec![curve] });
         self
     }
 

@@ -137,16 +137,16 @@ fn answers(sides: &[Side], keys: &[String]) -> Vec<Chart> {
     let point = |key: &String, side: &Side, Answer(_, _, factor, paths): &Answer| {
         let (x, unit) = quantity(side.values.get(key)?)?;
         let [value, half] = paths.map(|path| side.run.number(&format!("observables.{path}")));
-        let (values, bars) = (vec![factor * value?], vec![factor * half.unwrap_or_default()]);
-        let curve = Curve { label: side.name.clone(), shown: true, values, bars };
+        let bars = vec![factor * half.unwrap_or_default()];
+        let curve = Curve { bars, ..Curve::new(side.name.clone(), vec![factor * value?]) };
         Some((unit, Curves { x: vec![x], curves: vec![curve] }))
     };
     let of = |key: &String, answer: &Answer| {
         let points: Vec<(String, Curves)> = sides.iter().map(|side| point(key, side, answer)).collect::<Option<_>>()?;
-        let x = (key.clone(), points.first()?.0.clone());
+        let unit = points.first()?.0.clone();
         let tables = points.into_iter().map(|(_, table)| table).collect();
         let title = format!("{} against {key}", answer.0);
-        Some(Chart { title, x, unit: answer.1.into(), tables, points: true, every: 1 })
+        Some(Chart { points: true, ..Chart::new(&title, [key, &unit], answer.1, tables) })
     };
     ANSWERS.iter().flat_map(|answer| keys.iter().filter_map(move |key| of(key, answer)).take(MOST)).collect()
 }
@@ -174,13 +174,8 @@ fn overlaid(sides: &[Side]) -> Result<Vec<Chart>, CommandError> {
     found.extend(last_profiles(sides)?);
     for column in COMPARED {
         let own = |side: &Side| {
-            let mut chart = charts::of_columns(&side.run.series, &charts::capitalised(column), &[column], 1)?;
-            chart
-                .tables
-                .iter_mut()
-                .flat_map(|table| &mut table.curves)
-                .for_each(|curve| curve.label.clone_from(&side.name));
-            Some(chart)
+            let chart = charts::of_columns(&side.run.series, &charts::capitalised(column), &[column], 1)?;
+            Some(chart.named(&side.name))
         };
         found.extend(joined(sides.iter().filter_map(own)));
     }
@@ -198,12 +193,7 @@ fn last_profiles(sides: &[Side]) -> Result<Option<Chart>, CommandError> {
         own.extend(crater.or(bed).map(|mut chart| {
             chart.title = format!("{}: end of each run", chart.title);
             chart.tables = chart.tables.split_off(chart.tables.len().saturating_sub(1));
-            chart
-                .tables
-                .iter_mut()
-                .flat_map(|table| &mut table.curves)
-                .for_each(|curve| curve.label.clone_from(&side.name));
-            chart
+            chart.named(&side.name)
         }));
     }
     Ok(joined(own.into_iter()))

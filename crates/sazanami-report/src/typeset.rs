@@ -1,6 +1,7 @@
 //! Quantities as they are set in print.
 
 use sazanami::case::units::parse_quantity;
+use sazanami_picture::superscript;
 
 /// A text with powers raised, `+-` as one sign, micro as its letter and powers of ten written out.
 pub fn typeset(text: &str) -> String {
@@ -15,14 +16,14 @@ pub fn typeset(text: &str) -> String {
                 set.push('±');
                 at += 1;
             }
-            ('^', Some(power)) => {
-                set.push_str(&raised(power));
-                at += power.len();
+            ('^', Some((power, length))) => {
+                set.push_str(&superscript(power));
+                at += length;
             }
-            ('e', Some(power)) if before.is_ascii_digit() => {
+            ('e', Some((power, length))) if before.is_ascii_digit() => {
                 set.push_str(" × 10");
-                set.push_str(&raised(power));
-                at += power.len();
+                set.push_str(&superscript(power));
+                at += length;
             }
             ('u', _) if is_micro() => set.push('µ'),
             _ => set.push(letter),
@@ -46,22 +47,13 @@ fn is_word(text: &str, word: &str) -> bool {
     text.strip_prefix(word).is_some_and(|rest| !rest.starts_with(char::is_alphanumeric))
 }
 
-/// The whole number that a text begins with, unless letters follow it.
-fn whole(text: &str) -> Option<&str> {
+/// The whole number that a text begins with, unless letters follow it, and its length.
+fn whole(text: &str) -> Option<(i32, usize)> {
     let sign = usize::from(text.starts_with(['+', '-']));
-    let length = text[sign..].find(|letter: char| !letter.is_ascii_digit()).unwrap_or(text.len() - sign);
-    let (number, rest) = text.split_at(sign + length);
-    (length > 0 && !rest.starts_with(char::is_alphabetic)).then_some(number)
-}
-
-/// A whole number as a power, without zeros before it.
-fn raised(number: &str) -> String {
-    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
-    let negative = number.starts_with('-');
-    let digits = number.trim_start_matches(['+', '-', '0']);
-    let digits = if digits.is_empty() { "0" } else { digits };
-    let raised = digits.bytes().map(|digit| DIGITS[usize::from(digit - b'0')]);
-    negative.then_some('⁻').into_iter().chain(raised).collect()
+    let digits = text[sign..].find(|letter: char| !letter.is_ascii_digit()).unwrap_or(text.len() - sign);
+    let (number, rest) = text.split_at(sign + digits);
+    let number = number.parse().ok()?;
+    (!rest.starts_with(char::is_alphabetic)).then_some((number, sign + digits))
 }
 
 #[cfg(test)]

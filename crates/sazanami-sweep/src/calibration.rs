@@ -98,8 +98,8 @@ enum End {
     Runs,
     #[error("a signal")]
     Stopped,
-    #[error("{0}")]
-    Refused(String),
+    #[error(transparent)]
+    Refused(#[from] CommandError),
 }
 
 struct Search<'a> {
@@ -115,7 +115,6 @@ struct Search<'a> {
 struct SearchState<'a> {
     tried: Vec<Tried>,
     progress: &'a mut dyn Progress,
-    refusal: Option<CommandError>,
 }
 
 /// Searches for the values of the keys of `plan` with which its targets are found; runs are processes of `program`.
@@ -138,13 +137,12 @@ pub fn calibrate(
         asked,
         stop,
         ranges,
-        state: RefCell::new(SearchState { tried: Vec::new(), progress, refusal: None }),
+        state: RefCell::new(SearchState { tried: Vec::new(), progress }),
     };
-    let ended = search.work();
-    if let Some(refusal) = search.state.borrow_mut().refusal.take() {
-        return Err(refusal);
+    match search.work() {
+        Some(End::Refused(refusal)) => Err(refusal),
+        ended => search.fit(matches!(ended, Some(End::Stopped))),
     }
-    search.fit(matches!(ended, Some(End::Stopped)))
 }
 
 /// The ranges of the keys.
@@ -181,8 +179,7 @@ impl Search<'_> {
         let mut first: Vec<Vec<f64>> = vec![vec![FIRST[0]; n]];
         first.extend((0..n).map(|d| (0..n).map(|e| FIRST[usize::from(d == e)]).collect()));
         let text = fs::read_to_string(self.folder.join(TRIED)).unwrap_or_default();
-        let before: Vec<Vec<f64>> = serde_json::from_str(&text).unwrap_or_default();
-        let mut points = before;
+        let mut points: Vec<Vec<f64>> = serde_json::from_str(&text).unwrap_or_default();
         for point in &first {
             if !points.contains(point) {
                 points.push(point.clone());
@@ -200,11 +197,6 @@ impl Search<'_> {
     /// Runs the points, all that were tried before included, and reads what they found.
     fn evaluate(&self, points: &[Vec<f64>]) -> Result<(), End> {
         let state = &mut *self.state.borrow_mut();
-        let refused = |state: &mut SearchState, error: CommandError| {
-            let text = error.to_string();
-            state.refusal = Some(error);
-            End::Refused(text)
-        };
         let mut plan = self.plan.clone();
         for (d, key) in plan.keys.iter_mut().enumerate() {
             let values = points.iter().map(|point| self.ranges[d].at(point[d], DIGITS)).collect();
@@ -214,34 +206,26 @@ impl Search<'_> {
         let cores = Machine::this().cores;
         let seeds = self.seeds();
         let side_by_side = SideBySide::of(self.asked, None, (points.len() - state.tried.len()) * seeds, cores);
-        let run = || -> Result<(Sweep, bool), CommandError> {
-            let sweep = Sweep::pose(plan, self.folder, side_by_side.threads)?;
-            let unwritable = |error: &dyn std::fmt::Display| CommandError::Undone(error.to_string());
-            // Before the runs: a command that goes on knows of all that may lie there.
-            fs::create_dir_all(self.folder).map_err(|error| unwritable(&error))?;
-            write_json(&self.folder.join(TRIED), &points).map_err(|error| unwritable(&error))?;
-            let outcome = sweep.run(self.program, side_by_side, false, state.progress, self.stop)?;
-            Ok((sweep, outcome.interrupted))
-        };
-        let (sweep, interrupted) = run().map_err(|error| refused(state, error))?;
+        let sweep = Sweep::pose(plan, self.folder, side_by_side.threads)?;
+        // Before the runs: a command that goes on knows of all that may lie there.
+        fs::create_dir_all(self.folder).map_err(|error| CommandError::Undone(error.to_string()))?;
+        write_json(&self.folder.join(TRIED), &points).map_err(|error| CommandError::Undone(error.to_string()))?;
+        let interrupted = sweep.run(self.program, side_by_side, false, state.progress, self.stop)?.interrupted;
         let before = state.tried.len();
         for (place, point) in points.iter().enumerate().skip(before) {
             let mut found = Some(vec![Vec::new(); self.plan.targets.len()]);
             for number in place * seeds..(place + 1) * seeds {
                 let progressed = sweep.progressed(number);
                 match &progressed.state {
-                    State::Finished => {
-                        let values = self.values(&progressed).map_err(|error| refused(state, error))?;
-                        match values {
-                            Some(values) => found.iter_mut().flatten().zip(values).for_each(|(all, of)| all.push(of)),
-                            None => found = None,
-                        }
-                    }
+                    State::Finished => match self.values(&progressed)? {
+                        Some(values) => found.iter_mut().flatten().zip(values).for_each(|(all, of)| all.push(of)),
+                        None => found = None,
+                    },
                     State::Failed(_) => found = None,
                     _ if interrupted => return Err(End::Stopped),
                     state_of => {
                         let text = format!("{}: {}", sweep.runs()[number].name, state_of.word());
-                        return Err(refused(state, CommandError::Undone(text)));
+                        return Err(CommandError::Undone(text).into());
                     }
                 }
             }

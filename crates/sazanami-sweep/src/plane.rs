@@ -113,14 +113,8 @@ mod tests {
     #[test]
     fn noise_determines_no_key() {
         // Two thousand calibrations of points that nothing but noise tells apart: one in 20 is taken for more.
-        let mut seed = 7_u64;
-        let mut drawn = || {
-            let sum = (0..12).map(|_| {
-                seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                (seed >> 33) as f64 / f64::from(1_u32 << 31)
-            });
-            sum.sum::<f64>() - 6.0
-        };
+        let mut random = sazanami_dem::Random::new(7);
+        let mut drawn = || (0..12).map(|_| random.unit()).sum::<f64>() - 6.0;
         // Two points of three seeds, as in a first simplex: the error is estimated from four degrees of freedom.
         let places: [&[f64]; 2] = [&[0.3], &[0.7]];
         let mut taken = |slope: f64, freedom: Option<usize>| {

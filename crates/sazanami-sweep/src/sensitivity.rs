@@ -73,16 +73,10 @@ fn indices(places: &[Vec<f64>], values: &[Option<f64>], keys: usize, seeds: usiz
 /// The heading and a row for each key and each finding that is not the same in all runs; the keys that matter most come first.
 pub fn rows(keys: &[&str], places: &[Vec<f64>], states: &[Progressed]) -> Vec<Vec<String>> {
     let found: Vec<Vec<(String, String)>> = states.iter().map(table::findings).collect();
-    let mut names: Vec<&String> = Vec::new();
-    for (name, _) in found.iter().flatten() {
-        if !names.contains(&name) {
-            names.push(name);
-        }
-    }
     let seeds = (states.len() / places.len().max(1)).max(1);
     let heading = ["finding", "key", "mu_star", "mu_star_error", "mu", "sigma", "effects"].map(str::to_owned).to_vec();
     let mut rows = vec![heading];
-    for name in names {
+    for name in table::names(&found) {
         let value = |(own, state): (&Vec<(String, String)>, &Progressed)| {
             let text = own.iter().find(|(other, _)| other == name).map(|(_, text)| text)?;
             text.parse::<f64>().ok().filter(|value| value.is_finite() && state.state == State::Finished)

@@ -25,12 +25,7 @@ pub fn write(folder: &Path, runs: &[Run], states: &[Progressed]) -> std::io::Res
 /// The heading and a row for each run.
 pub fn rows(runs: &[Run], states: &[Progressed]) -> Vec<Vec<String>> {
     let found: Vec<Vec<(String, String)>> = states.iter().map(findings).collect();
-    let mut names: Vec<&String> = Vec::new();
-    for (name, _) in found.iter().flatten() {
-        if !names.contains(&name) {
-            names.push(name);
-        }
-    }
+    let names = names(&found);
     let keys: Vec<&String> = runs.first().into_iter().flat_map(|run| &run.settings).map(|(key, _)| key).collect();
     let texts = |list: &[&str]| list.iter().map(|text| (*text).to_owned()).collect::<Vec<String>>();
     let heading = [
@@ -53,6 +48,17 @@ pub fn rows(runs: &[Run], states: &[Progressed]) -> Vec<Vec<String>> {
         .concat()
     };
     std::iter::once(heading).chain(runs.iter().zip(states).zip(&found).map(row)).collect()
+}
+
+/// Names of the findings of all runs, each once.
+pub fn names(found: &[Vec<(String, String)>]) -> Vec<&String> {
+    let mut names = Vec::new();
+    for (name, _) in found.iter().flatten() {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    names
 }
 
 /// Findings of a run, with their names in the summary.

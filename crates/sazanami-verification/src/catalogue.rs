@@ -6,7 +6,7 @@ use std::borrow::Cow;
 
 use crate::cases::moving_particles;
 use crate::expected::Expected;
-use crate::measured::{IntoOutcome, Outcome};
+use crate::measured::{Measured, Outcome};
 use crate::posed::Posed;
 
 /// A verification case.
@@ -18,9 +18,12 @@ pub struct Case {
     pub expected: &'static str,
     /// Its case file, if it is posed by one.
     pub posed: Option<Posed>,
-    /// Measures what no case file can pose; an error is a failed case.
-    pub program: Option<fn() -> Result<Outcome, String>>,
+    /// Measures what no case file can pose.
+    pub program: Option<Program>,
 }
+
+/// A program that measures; an error is a failed case.
+pub type Program = fn() -> Result<Vec<Measured>, String>;
 
 impl Case {
     /// Runs and measures it.
@@ -30,7 +33,7 @@ impl Case {
     pub fn measure(&self, expected: &Expected) -> Result<Outcome, String> {
         match (&self.posed, self.program) {
             (Some(posed), _) => posed.measure(self.name, expected),
-            (None, Some(program)) => program(),
+            (None, Some(program)) => Outcome::of(program()?),
             (None, None) => Ok(Outcome::default()),
         }
     }
@@ -42,7 +45,7 @@ macro_rules! case {
             name: $name,
             expected: include_str!(concat!("../verification/", $name, "/expected.toml")),
             posed: None,
-            program: Some(|| $program().and_then(IntoOutcome::into_outcome)),
+            program: Some($program),
         }
     };
     // Posed by its `case.toml`.

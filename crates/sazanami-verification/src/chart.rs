@@ -65,6 +65,17 @@ fn tick(value: Real, step: Real) -> String {
     if digits > 3 { format!("{value:.1e}") } else { format!("{value:.digits$}") }
 }
 
+fn ticks([low, high, step]: [Real; 3]) -> impl Iterator<Item = Real> {
+    (0..=((high - low) / step).round() as usize).map(move |n| low + n as Real * step)
+}
+
+/// Attribute of a text whose middle stands at its place.
+const CENTRED: &str = "text-anchor=\"middle\"";
+
+fn text([x, y]: [Real; 2], attributes: &str, content: &str) -> String {
+    format!("<text x=\"{x:.1}\" y=\"{y:.1}\" {attributes}>{}</text>", escaped(content))
+}
+
 fn draw(svg: &mut String, chart: &Chart, [x0, y0]: [Real; 2]) {
     let points = || chart.series.iter().flat_map(|series| &series.points);
     let [left, right, dx] = axis(points().map(|point| point[0]));
@@ -75,52 +86,29 @@ fn draw(svg: &mut String, chart: &Chart, [x0, y0]: [Real; 2]) {
     let mut put = |line: String| {
         let _ = writeln!(svg, "{line}");
     };
-    for n in 0..=((right - left) / dx).round() as usize {
-        let value = left + n as Real * dx;
-        put(format!(
-            "<path d=\"M{0:.1} {1:.1}V{2:.1}\" stroke=\"#ddd\"/><text x=\"{0:.1}\" y=\"{3:.1}\" text-anchor=\"middle\">{4}</text>",
-            x(value),
-            y(bottom),
-            y(top),
-            y(bottom) + 14.0,
-            tick(value, dx)
-        ));
+    let (start, end, low, high) = (x(left), x(right), y(bottom), y(top));
+    for value in ticks([left, right, dx]) {
+        let (x, label) = (x(value), tick(value, dx));
+        let label = text([x, low + 14.0], CENTRED, &label);
+        put(format!("<path d=\"M{x:.1} {low:.1}V{high:.1}\" stroke=\"#ddd\"/>{label}"));
     }
-    for n in 0..=((top - bottom) / dy).round() as usize {
-        let value = bottom + n as Real * dy;
-        put(format!(
-            "<path d=\"M{0:.1} {1:.1}H{2:.1}\" stroke=\"#ddd\"/><text x=\"{3:.1}\" y=\"{4:.1}\" text-anchor=\"end\">{5}</text>",
-            x(left),
-            y(value),
-            x(right),
-            x(left) - 5.0,
-            y(value) + 4.0,
-            tick(value, dy)
-        ));
+    for value in ticks([bottom, top, dy]) {
+        let (y, label) = (y(value), tick(value, dy));
+        let label = text([start - 5.0, y + 4.0], "text-anchor=\"end\"", &label);
+        put(format!("<path d=\"M{start:.1} {y:.1}H{end:.1}\" stroke=\"#ddd\"/>{label}"));
     }
     put(format!(
-        "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"none\" stroke=\"black\"/>",
-        x(left),
-        y(top)
+        "<rect x=\"{start:.1}\" y=\"{high:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"none\" stroke=\"black\"/>"
     ));
-    let centre = x(left) + 0.5 * width;
-    let (low, high) = (y(bottom), y(top));
-    put(format!(
-        "<text x=\"{centre:.1}\" y=\"{:.1}\" text-anchor=\"middle\" font-weight=\"bold\">{}</text>",
-        high - 8.0,
-        escaped(&chart.title)
-    ));
-    put(format!(
-        "<text x=\"{centre:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
-        low + 28.0,
-        escaped(&chart.axes[0])
-    ));
+    let centre = start + 0.5 * width;
+    put(text([centre, high - 8.0], &format!("{CENTRED} font-weight=\"bold\""), &chart.title));
+    put(text([centre, low + 28.0], CENTRED, &chart.axes[0]));
     let (side, middle) = (x0 + 14.0, 0.5 * (low + high));
     put(format!(
-        "<text transform=\"translate({side:.1} {middle:.1}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
+        "<text transform=\"translate({side:.1} {middle:.1}) rotate(-90)\" {CENTRED}>{}</text>",
         escaped(&chart.axes[1])
     ));
-    let mut legend = x(left);
+    let mut legend = start;
     for (n, series) in chart.series.iter().enumerate() {
         let colour = COLOURS[n % COLOURS.len()];
         if series.reference {
@@ -136,11 +124,7 @@ fn draw(svg: &mut String, chart: &Chart, [x0, y0]: [Real; 2]) {
             put(format!("<path d=\"M{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.4\"/>", path.join("L")));
         }
         let mark = if series.reference { '\u{25cb}' } else { '\u{2014}' };
-        put(format!(
-            "<text x=\"{legend:.1}\" y=\"{:.1}\" fill=\"{colour}\">{mark} {}</text>",
-            low + 44.0,
-            escaped(&series.name)
-        ));
+        put(text([legend, low + 44.0], &format!("fill=\"{colour}\""), &format!("{mark} {}", series.name)));
         legend += 6.2 * (series.name.chars().count() + 4) as Real;
     }
 }

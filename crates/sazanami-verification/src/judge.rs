@@ -119,6 +119,19 @@ impl Row {
         }
     }
 
+    /// Its name with the unit, for tables.
+    pub(crate) fn name(&self) -> String {
+        if self.unit.is_empty() { self.quantity.clone() } else { format!("{} [{}]", self.quantity, self.unit) }
+    }
+
+    /// Its band, for tables.
+    pub(crate) fn band(&self) -> String {
+        match (self.low, self.high) {
+            (None, None) => "-".to_owned(),
+            (low, high) => format!("{} .. {}", number(low), number(high)),
+        }
+    }
+
     /// Distance of the value from the middle of its band over half the width of the band; of an open band, or where
     /// the value is not finite, 0 inside and infinity outside. Above 1 the band is missed.
     #[must_use]
@@ -128,6 +141,16 @@ impl Row {
             _ if matches!(self.verdict, Verdict::Pass | Verdict::Informational | Verdict::Mended) => 0.0,
             _ => Real::INFINITY,
         }
+    }
+}
+
+/// A number for people.
+#[must_use]
+pub fn number(value: Option<Real>) -> String {
+    match value {
+        None => "-".to_owned(),
+        Some(v) if v != 0.0 && !(1e-3..1e6).contains(&v.abs()) => format!("{v:.3e}"),
+        Some(v) => format!("{v:.5}").trim_end_matches('0').trim_end_matches('.').to_owned(),
     }
 }
 
@@ -187,7 +210,7 @@ pub fn tally(rows: &[Row]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measured::{IntoOutcome, Measured};
+    use crate::measured::Measured;
 
     const TEXT: &str = r#"
 about = "a test"
@@ -210,7 +233,7 @@ meaning = "only counted"
     fn verdicts(values: &[(&str, Real)]) -> Vec<Verdict> {
         let measured: Vec<Measured> = values.iter().map(|(name, value)| Measured::new(*name, *value)).collect();
         let expected = Expected::parse(TEXT).unwrap();
-        judge("test", &expected, &measured.into_outcome().unwrap()).iter().map(|row| row.verdict).collect()
+        judge("test", &expected, &Outcome::of(measured).unwrap()).iter().map(|row| row.verdict).collect()
     }
 
     #[test]
@@ -234,7 +257,7 @@ meaning = "only counted"
             "{TEXT}[[quantity]]\nname = \"y\"\nband = [0.0, 1.0]\nsource = \"recorded value 0.5\"\nkind = \"regression\"\n"
         );
         let measured = [("x", 0.5), ("slow", 0.8), ("count", 7.0), ("y", 0.5)].map(|(name, x)| Measured::new(name, x));
-        let outcome = measured.to_vec().into_outcome().unwrap();
+        let outcome = Outcome::of(measured.to_vec()).unwrap();
         let rows = |text: &str| judge("test", &Expected::parse(text).unwrap(), &outcome);
         assert_eq!(
             tally(&rows(&text)),
@@ -264,6 +287,6 @@ meaning = "only counted"
             assert!(problem.contains(why), "{problem}");
         }
         let twice = vec![Measured::new("x", 1.0), Measured::new("x", 2.0)];
-        assert!(twice.into_outcome().unwrap_err().contains("`x`"));
+        assert!(Outcome::of(twice).unwrap_err().contains("`x`"));
     }
 }

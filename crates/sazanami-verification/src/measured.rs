@@ -85,38 +85,17 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Values and curves.
+    /// Values without curves.
     ///
     /// # Errors
     /// If two values share a name.
-    pub fn of(measured: Vec<Measured>, curves: Vec<Chart>) -> Result<Self, String> {
+    pub fn of(measured: Vec<Measured>) -> Result<Self, String> {
         let mut values = BTreeMap::new();
         for Measured { quantity, value } in measured {
             if values.insert(quantity.clone(), value).is_some() {
                 return Err(format!("two values are called `{quantity}`"));
             }
         }
-        Ok(Self { values, curves })
-    }
-}
-
-/// Return value of a program of the catalogue.
-pub trait IntoOutcome {
-    /// The outcome.
-    ///
-    /// # Errors
-    /// If two values share a name.
-    fn into_outcome(self) -> Result<Outcome, String>;
-}
-
-impl IntoOutcome for Vec<Measured> {
-    fn into_outcome(self) -> Result<Outcome, String> {
-        Outcome::of(self, Vec::new())
-    }
-}
-
-impl IntoOutcome for (Vec<Measured>, Vec<Chart>) {
-    fn into_outcome(self) -> Result<Outcome, String> {
-        Outcome::of(self.0, self.1)
+        Ok(Self { values, curves: Vec::new() })
     }
 }

@@ -11,9 +11,8 @@ use serde_json::json;
 use crate::catalogue::Case;
 use crate::chart::figure;
 use crate::expected::Expected;
-use crate::judge::{Row, Verdict, judge, tally};
+use crate::judge::{Row, Verdict, judge, number, tally};
 use crate::measured::Outcome;
-use crate::verify::number;
 
 /// File of the last measurements, beside `expected.toml`.
 pub const MEASURED: &str = "measured.json";
@@ -67,9 +66,8 @@ fn results(rows: &[Row]) -> String {
     let mut text = format!("![Measured, beside the reference]({FIGURE})\n\n");
     text.push_str("| quantity | measured | reference | band | verdict |\n|---|---|---|---|---|\n");
     for row in rows {
-        let unit = if row.unit.is_empty() { String::new() } else { format!(" [{}]", row.unit) };
-        let quantity = format!("{}{unit}", row.quantity).replace('|', "\\|");
-        let (measured, reference, band) = (number(row.measured), number(row.reference), band(row));
+        let (quantity, band) = (row.name().replace('|', "\\|"), row.band());
+        let (measured, reference) = (number(row.measured), number(row.reference));
         text.push_str(&format!("| {quantity} | {measured} | {reference} | {band} | {} |\n", row.verdict.word()));
     }
     let misses: Vec<&Row> = rows.iter().filter(|row| row.verdict == Verdict::KnownMiss).collect();
@@ -89,13 +87,6 @@ fn results(rows: &[Row]) -> String {
     sources.dedup();
     text.push_str(&format!("\nReferences and bands: {}.\n", sources.join("; ")));
     text
-}
-
-fn band(row: &Row) -> String {
-    match (row.low, row.high) {
-        (None, None) => "-".to_owned(),
-        (low, high) => format!("{} .. {}", number(low), number(high)),
-    }
 }
 
 /// A case as it was measured last.
@@ -177,7 +168,7 @@ fn overview(recorded: &[Recorded]) -> String {
         lines.push_str(&format!(
             "| {link} | {} | {quantity} | {measured} | {} | {verdict} |\n",
             expected.about,
-            band(worst)
+            worst.band()
         ));
     }
     let cases = recorded.iter().filter(|case| case.outcome.is_some()).count();

@@ -10,8 +10,8 @@ use sazanami_posing::case::meaning::ProbePlace;
 use sazanami_posing::case::{self, LoadedCase};
 
 use crate::cases::whole_run::WholeRun;
-use crate::expected::{Expected, Other, Quantity, Run, Taken};
-use crate::measured::{Chart, Measured, Outcome};
+use crate::expected::{Curves, Expected, Other, Quantity, Run, Taken};
+use crate::measured::{Chart, Outcome};
 use crate::value::{Beside, Columns, Course, Function, order};
 
 /// The case file of a verification case and its table of reference data (empty if it has none).
@@ -75,9 +75,9 @@ impl Posed {
                 values.insert(&quantity.name, value.map_err(|problem| format!("`{}`: {problem}", quantity.name))?);
             }
         }
-        let charts: Result<Vec<Chart>, String> =
-            (0..expected.charts.len()).map(|n| self.chart(expected, n, &runs)).collect();
-        Outcome::of(values.into_iter().map(|(name, value)| Measured::new(name, value)).collect(), charts?)
+        let values = values.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+        let curves = expected.charts.iter().map(|curves| self.chart(expected, curves, &runs));
+        Ok(Outcome { values, curves: curves.collect::<Result<_, _>>()? })
     }
 
     fn value(
@@ -125,8 +125,7 @@ impl Posed {
         }
     }
 
-    fn chart(&self, expected: &Expected, n: usize, runs: &[Finished]) -> Result<Chart, String> {
-        let curves = &expected.charts[n];
+    fn chart(&self, expected: &Expected, curves: &Curves, runs: &[Finished]) -> Result<Chart, String> {
         let [x, y] = &curves.axes;
         let mut chart = Chart::new(&curves.title, x, y);
         let units = curves.beside.as_ref().map_or([1.0; 2], |beside| [beside.x_unit, beside.y_unit]);

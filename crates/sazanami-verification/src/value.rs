@@ -5,8 +5,8 @@
 use sazanami_numerics::Real;
 use sazanami_observe::fit::line;
 use serde::Deserialize;
+use serde::de::IntoDeserializer as _;
 
-use crate::cases::shift::best_shift;
 use crate::reference;
 
 /// A function of columns.
@@ -55,7 +55,8 @@ const fn one() -> Real {
 }
 
 /// Functions of the rows of a column.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Function {
     /// First value.
     First,
@@ -96,32 +97,19 @@ impl TryFrom<String> for Value {
     fn try_from(text: String) -> Result<Self, String> {
         let (name, rest) = text.split_once('(').ok_or_else(|| format!("`{text}`: expected FUNCTION(COLUMNS)"))?;
         let argument = rest.strip_suffix(')').ok_or_else(|| format!("`{text}`: expected `)` at its end"))?;
-        let plain = |function| Ok(Self { function, columns: argument.to_owned().try_into()? });
-        match name {
-            "first" => plain(Function::First),
-            "last" => plain(Function::Last),
-            "max" => plain(Function::Max),
-            "min" => plain(Function::Min),
-            "mean" => plain(Function::Mean),
-            "rms" => plain(Function::Rms),
-            "largest" => plain(Function::Largest),
-            "rate" => plain(Function::Rate),
-            "range" => plain(Function::Range),
-            "period" => plain(Function::Period),
-            "slope" => plain(Function::Slope),
-            "variation" => plain(Function::Variation),
-            "shift" => plain(Function::Shift),
-            "order" if argument.is_empty() => Ok(Self { function: Function::Order, columns: Columns::default() }),
-            "time" => {
-                let below = argument.contains('<');
-                let (columns, number) =
-                    argument.split_once(['<', '>']).ok_or_else(|| format!("`{text}`: expected COLUMN > NUMBER"))?;
-                let number = number.trim().parse().map_err(|_| format!("`{number}` is no number"))?;
-                Ok(Self { function: Function::Time(below, number), columns: columns.trim().to_owned().try_into()? })
-            }
-            _ => Err(format!(
-                "`{name}` is none of first, last, max, min, mean, rms, largest, rate, range, period, slope, variation, time, shift, order"
-            )),
+        if name == "time" {
+            let below = argument.contains('<');
+            let (columns, number) =
+                argument.split_once(['<', '>']).ok_or_else(|| format!("`{text}`: expected COLUMN > NUMBER"))?;
+            let number = number.trim().parse().map_err(|_| format!("`{number}` is no number"))?;
+            return Ok(Self { function: Function::Time(below, number), columns: columns.to_owned().try_into()? });
+        }
+        let known = Function::deserialize(name.into_deserializer());
+        let function = known.map_err(|error: serde::de::value::Error| format!("`{text}`: {error}"))?;
+        match (function, argument) {
+            (Function::Order, "") => Ok(Self { function, columns: Columns::default() }),
+            (Function::Order, _) => Err(format!("`{text}`: an order is of other quantities")),
+            _ => Ok(Self { function, columns: argument.to_owned().try_into()? }),
         }
     }
 }
@@ -235,6 +223,14 @@ impl Beside {
         }
         Ok(table)
     }
+}
+
+/// The shift of a clock, no more than `most` either way, with the least `error`, and that error. It is the error that is
+/// judged: the shift is what is allowed for it.
+fn best_shift(most: Real, error: impl Fn(Real) -> Real) -> [Real; 2] {
+    let steps = (most / 0.005).round() as i32;
+    let tried = (-steps..=steps).map(|n| 0.005 * Real::from(n)).map(|shift| [shift, error(shift)]);
+    tried.fold([0.0, Real::INFINITY], |best, now| if now[1] < best[1] { now } else { best })
 }
 
 /// Value of a course at `x`, linear between its rows, that of the nearest row outside.

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::catalogue::Case;
 use crate::expected::Expected;
-use crate::judge::{Row, judge, tally};
+use crate::judge::{Row, judge, number, tally};
 use crate::measured::Outcome;
 
 /// Interval of the messages of a case that runs long.
@@ -277,28 +277,13 @@ fn chosen(cases: &[Case], choice: &Choice) -> Result<Vec<Job>, CommandError> {
     Ok(jobs)
 }
 
-/// A number for people.
-#[must_use]
-pub fn number(value: Option<Real>) -> String {
-    match value {
-        None => "-".to_owned(),
-        Some(v) if v != 0.0 && !(1e-3..1e6).contains(&v.abs()) => format!("{v:.3e}"),
-        Some(v) => format!("{v:.5}").trim_end_matches('0').trim_end_matches('.').to_owned(),
-    }
-}
-
 /// The rows as a table for people, and a line that counts the verdicts.
 #[must_use]
 pub fn table(rows: &[Row]) -> String {
     let mut text =
         format!("{:<26} {:<52} {:>11} {:>11} {:>23}  verdict\n", "case", "quantity", "measured", "reference", "band");
     for row in rows {
-        let quantity =
-            if row.unit.is_empty() { row.quantity.clone() } else { format!("{} [{}]", row.quantity, row.unit) };
-        let band = match (row.low, row.high) {
-            (None, None) => "-".to_owned(),
-            (low, high) => format!("{} .. {}", number(low), number(high)),
-        };
+        let (quantity, band) = (row.name(), row.band());
         let (measured, reference) = (number(row.measured), number(row.reference));
         let verdict = row.verdict.word();
         text.push_str(&format!(
@@ -316,22 +301,23 @@ pub fn table(rows: &[Row]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::catalogue::Program;
     use crate::judge::Verdict;
-    use crate::measured::{IntoOutcome, Measured};
+    use crate::measured::Measured;
     use sazanami::progress::Silent;
 
     const EXPECTED: &str =
         "about = \"a test\"\ncost = 1\n[[quantity]]\nname = \"x\"\nband = [0.9, 1.1]\nsource = \"by hand\"\n";
     const LONG: &str = "about = \"a test\"\ncost = 9\nlong = true\nquantity = []\n";
 
-    const fn case(name: &'static str, expected: &'static str, program: fn() -> Result<Outcome, String>) -> Case {
+    const fn case(name: &'static str, expected: &'static str, program: Program) -> Case {
         Case { name, expected, posed: None, program: Some(program) }
     }
 
     fn cases() -> [Case; 3] {
         [
-            case("near", EXPECTED, || vec![Measured::new("x", 1.01)].into_outcome()),
-            case("far", EXPECTED, || vec![Measured::new("x", 1.2)].into_outcome()),
+            case("near", EXPECTED, || Ok(vec![Measured::new("x", 1.01)])),
+            case("far", EXPECTED, || Ok(vec![Measured::new("x", 1.2)])),
             case("slow", LONG, || Err("broke".into())),
         ]
     }

@@ -6,6 +6,7 @@ mod modules;
 mod sources;
 mod words;
 
+use std::io;
 use std::path::Path;
 
 use serde_json::Value;
@@ -23,30 +24,28 @@ pub fn run(locked: bool) -> u8 {
         }
     };
     let mut problems = edges::refused(&metadata);
-    let mut warnings = Vec::new();
-    for (name, folder) in packages(&metadata) {
-        match sources::findings(&name, &folder, &root()) {
-            Ok(findings) => {
-                problems.extend(findings.problems);
-                warnings.extend(findings.warnings);
-            }
-            Err(error) => problems.push(format!("{}: cannot be read: {error}", folder.display())),
-        }
-        match modules::circles(&name, &folder) {
-            Ok(circles) => problems.extend(circles),
-            Err(error) => problems.push(format!("{}: cannot be read: {error}", folder.display())),
-        }
-    }
     problems.extend(generated::stale(&root()));
-    match std::fs::read_to_string(root().join("python/Cargo.lock")) {
-        Ok(text) => problems.extend(lock::stale(&metadata, &text)),
-        Err(error) => problems.push(format!("python/Cargo.lock: cannot be read: {error}")),
+    let mut warnings = Vec::new();
+    let mut take = |what: &str, found: io::Result<Vec<String>>| match found {
+        Ok(found) => problems.extend(found),
+        Err(error) => problems.push(format!("{what}: cannot be read: {error}")),
+    };
+    for (name, folder) in packages(&metadata) {
+        let shown = folder.display().to_string();
+        let findings = sources::findings(&name, &folder, &root());
+        take(
+            &shown,
+            findings.map(|findings| {
+                warnings.extend(findings.warnings);
+                findings.problems
+            }),
+        );
+        take(&shown, modules::circles(&name, &folder));
     }
+    let lock = std::fs::read_to_string(root().join("python/Cargo.lock"));
+    take("python/Cargo.lock", lock.map(|text| lock::stale(&metadata, &text)));
     for found in [links::broken(&root()), book::dead(&root()), words::unused(&root())] {
-        match found {
-            Ok(found) => problems.extend(found),
-            Err(error) => problems.push(format!("pages, cases and sources cannot be read: {error}")),
-        }
+        take("pages, cases and sources", found);
     }
     warnings.iter().for_each(|warning| println!("warning: {warning}"));
     problems.iter().for_each(|problem| eprintln!("error: {problem}"));

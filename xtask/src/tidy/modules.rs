@@ -25,7 +25,8 @@ pub fn circles(name: &str, folder: &Path) -> io::Result<Vec<String>> {
         let path = file.strip_prefix(&source).unwrap_or(file).with_extension("");
         let mut module: Vec<String> = path.iter().map(|part| part.to_string_lossy().into_owned()).collect();
         module.pop_if(|last| last == "mod");
-        texts.push((module, std::fs::read_to_string(file)?));
+        let code = without_comments_and_text(&std::fs::read_to_string(file)?);
+        texts.push((module, code.map_err(|error| io::Error::other(format!("{}: {error}", file.display())))?));
     }
     let allowed = MUTUAL.iter().find(|(known, _)| *known == name).map_or(&[][..], |(_, groups)| *groups);
     let mut problems = refused(name, &imports(&texts, &[]), allowed);
@@ -36,18 +37,17 @@ pub fn circles(name: &str, folder: &Path) -> io::Result<Vec<String>> {
     Ok(problems)
 }
 
-/// Imports between the modules within `parent` (the crate: none) by `texts`, each with the path of its module.
+/// Imports between the modules within `parent` (the crate: none) by `texts`, code with the path of its module.
 fn imports(texts: &[(Vec<String>, String)], parent: &[String]) -> Imports {
     let level = parent.len();
     let within: Vec<_> =
         texts.iter().filter(|(module, _)| module.len() > level && module.starts_with(parent)).collect();
     let modules: BTreeSet<&String> = within.iter().map(|(module, _)| &module[level]).collect();
     let mut imports = Imports::new();
-    for (module, text) in
+    for (module, code) in
         within.iter().filter(|(module, _)| level > 0 || !["lib", "main"].contains(&module[0].as_str()))
     {
-        let code = without_comments_and_text(text);
-        let tested = lines_of_tests(&code);
+        let tested = lines_of_tests(code);
         let kept: Vec<&str> = code.lines().zip(tested).filter(|(_, tested)| !tested).map(|(line, _)| line).collect();
         let named = named_within(&kept.join("\n"), parent, module.len() - level);
         let others = named.into_iter().filter(|other| *other != module[level] && modules.contains(other));
@@ -146,8 +146,9 @@ mod tests {
     use super::*;
 
     fn of(files: &[(&str, &str)]) -> Imports {
-        let texts =
-            files.iter().map(|(module, text)| (module.split('/').map(str::to_owned).collect(), (*text).to_owned()));
+        let texts = files.iter().map(|(module, text)| {
+            (module.split('/').map(str::to_owned).collect(), without_comments_and_text(text).unwrap())
+        });
         imports(&texts.collect::<Vec<_>>(), &[])
     }
 

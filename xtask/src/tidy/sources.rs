@@ -3,6 +3,8 @@
 use std::io;
 use std::path::Path;
 
+use proc_macro2::{LexError, TokenStream, TokenTree};
+
 use super::edges::PURE;
 use crate::links::files_below;
 
@@ -68,7 +70,13 @@ pub fn findings(name: &str, folder: &Path, root: &Path) -> io::Result<Findings> 
 }
 
 fn look_at(name: &str, shown: &str, text: &str, is_source: bool, findings: &mut Findings) {
-    let code = without_comments_and_text(text);
+    let code = match without_comments_and_text(text) {
+        Ok(code) => code,
+        Err(error) => {
+            findings.problems.push(format!("{shown}: this is not Rust: {error}"));
+            return;
+        }
+    };
     let in_tests = lines_of_tests(&code);
     for (number, line) in code.lines().enumerate() {
         let tested = in_tests[number];
@@ -129,95 +137,32 @@ pub(super) fn lines_of_tests(code: &str) -> Vec<bool> {
     marks
 }
 
-/// The code with comments and the contents of literals blanked out; lines stay where they are.
-pub(super) fn without_comments_and_text(text: &str) -> String {
-    let bytes = text.as_bytes();
-    let mut code = Vec::with_capacity(bytes.len());
-    let mut at = 0;
-    while at < bytes.len() {
-        let rest = &bytes[at..];
-        let length = if rest.starts_with(b"//") {
-            rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len())
-        } else if rest.starts_with(b"/*") {
-            block_comment(rest)
-        } else if let Some(length) = raw_text(rest).filter(|_| !continues_a_name(bytes, at)) {
-            length
-        } else if rest[0] == b'"' {
-            quoted(rest, b'"')
-        } else if rest[0] == b'\'' && is_character(rest) {
-            quoted(rest, b'\'')
-        } else {
-            code.push(rest[0]);
-            at += 1;
+/// The code with comments and literals blanked out; names stay where they are.
+pub(super) fn without_comments_and_text(text: &str) -> Result<String, LexError> {
+    let mut code: Vec<u8> = text.bytes().map(|byte| if byte == b'\n' { byte } else { b' ' }).collect();
+    keep(text.parse()?, text.as_bytes(), &mut code);
+    Ok(String::from_utf8_lossy(&code).into_owned())
+}
+
+/// Copies tokens other than literals from `text` to the same places of `code`.
+fn keep(tokens: TokenStream, text: &[u8], code: &mut [u8]) {
+    for token in tokens {
+        let place = token.span().byte_range();
+        // A comment of documentation counts as the tokens of an attribute.
+        if ["//", "/*"].iter().any(|mark| text[place.clone()].starts_with(mark.as_bytes())) {
             continue;
-        };
-        code.push(b' ');
-        code.extend(rest[..length].iter().filter(|&&b| b == b'\n'));
-        at += length;
-    }
-    String::from_utf8_lossy(&code).into_owned()
-}
-
-fn continues_a_name(bytes: &[u8], at: usize) -> bool {
-    at.checked_sub(1).is_some_and(|before| bytes[before].is_ascii_alphanumeric() || bytes[before] == b'_')
-}
-
-/// Length of a (nested) block comment.
-fn block_comment(rest: &[u8]) -> usize {
-    let (mut depth, mut at) = (0, 0);
-    while at < rest.len() {
-        if rest[at..].starts_with(b"/*") {
-            depth += 1;
-            at += 2;
-        } else if rest[at..].starts_with(b"*/") {
-            depth -= 1;
-            at += 2;
-            if depth == 0 {
-                break;
+        }
+        match token {
+            TokenTree::Literal(_) => {}
+            TokenTree::Group(group) => {
+                for end in [group.span_open(), group.span_close()].map(|span| span.byte_range()) {
+                    code[end.clone()].copy_from_slice(&text[end]);
+                }
+                keep(group.stream(), text, code);
             }
-        } else {
-            at += 1;
+            TokenTree::Ident(_) | TokenTree::Punct(_) => code[place.clone()].copy_from_slice(&text[place]),
         }
     }
-    at
-}
-
-/// Length of a raw string literal, if one starts here.
-fn raw_text(rest: &[u8]) -> Option<usize> {
-    let start = usize::from(rest[0] == b'b');
-    if rest.get(start) != Some(&b'r') {
-        return None;
-    }
-    let hashes = rest[start + 1..].iter().take_while(|&&b| b == b'#').count();
-    let open = start + 1 + hashes;
-    if rest.get(open) != Some(&b'"') {
-        return None;
-    }
-    let mut close = vec![b'"'];
-    close.resize(1 + hashes, b'#');
-    let inside = rest[open + 1..].windows(close.len()).position(|window| window == close);
-    Some(inside.map_or(rest.len(), |inside| open + 1 + inside + close.len()))
-}
-
-/// Length of a literal between two `mark`s.
-fn quoted(rest: &[u8], mark: u8) -> usize {
-    let mut at = 1;
-    while at < rest.len() && rest[at] != mark {
-        at += if rest[at] == b'\\' { 2 } else { 1 };
-    }
-    (at + 1).min(rest.len())
-}
-
-/// Whether a quote opens a character literal, not a lifetime.
-fn is_character(rest: &[u8]) -> bool {
-    let length = match rest.get(1) {
-        Some(b'\\') => return true,
-        Some(0..=0x7f) => 1,
-        Some(0xc0..=0xdf) => 2,
-        Some(0xe0..=0xef) => 3,
-        _ => 4,
-    };
-    rest.get(1 + length) == Some(&b'\'')
 }
 
 #[cfg(test)]

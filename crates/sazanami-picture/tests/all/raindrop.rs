@@ -4,9 +4,7 @@ use sazanami_io::{Bodies, BodyPose, BodySurface};
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Quaternion, Vector};
 use sazanami_parallel::with_threads;
-use sazanami_picture::{
-    ColourScale, Isosurface, LiquidStyle, Picture, PictureError, SectionView, Still, Viewpoint, section_of_cells,
-};
+use sazanami_picture::{ColourScale, Isosurface, Picture, PictureError, SectionView, Still, section_of_cells};
 
 struct Scene {
     grid: Grid,
@@ -41,44 +39,22 @@ fn scene() -> Scene {
     Scene { grid, nodes, triangles, poses, speeds: (0..12).map(|n| f64::from(n) / 11.0).collect(), liquid }
 }
 
-fn section(scene: &Scene, liquid: &[f64], surface: Option<&Isosurface>, with_grains: bool) -> Picture {
+fn section(scene: &Scene, liquid: &[f64], with_grains: bool) -> Picture {
     let surfaces = [BodySurface { nodes: &scene.nodes, triangles: &scene.triangles }];
-    let bodies = if with_grains { Bodies { surfaces: &surfaces, poses: &scene.poses } } else { Bodies::none() };
-    let view = SectionView {
-        top: scene.grid.upper().z,
-        grid: &scene.grid,
-        plane: 0.008,
-        title: "t = 0.02 s",
-        liquid,
-        liquid_threshold: 0.01,
-        liquid_style: LiquidStyle::Cells,
-        liquid_behind: surface,
-        surface: None,
-        bodies,
-        values: if with_grains { &scene.speeds } else { &[] },
-        scale: &ColourScale::speed(1.0),
-        behind: true,
-        width: 400,
-    };
-    view.draw().expect("the view fits the scene")
+    let scale = ColourScale::speed(1.0);
+    let mut view = SectionView::new(&scene.grid, 0.008, "t = 0.02 s", liquid, &scale);
+    if with_grains {
+        view = view.with_grains(Bodies { surfaces: &surfaces, poses: &scene.poses }, &scene.speeds);
+    }
+    SectionView { width: 400, ..view }.draw().expect("the view fits the scene")
 }
 
 fn still(scene: &Scene, surface: &Isosurface) -> Picture {
     let surfaces = [BodySurface { nodes: &scene.nodes, triangles: &scene.triangles }];
-    let still = Still {
-        grid: &scene.grid,
-        top: scene.grid.upper().z,
-        viewpoint: Viewpoint::default(),
-        title: "t = 0.02 s",
-        bodies: Bodies { surfaces: &surfaces, poses: &scene.poses },
-        values: &scene.speeds,
-        scale: &ColourScale::speed(1.0),
-        liquid: Some(surface),
-        cut_open: false,
-        colour_bar: true,
-        size: [320, 240],
-    };
-    still.draw().expect("the still fits the scene")
+    let bodies = Bodies { surfaces: &surfaces, poses: &scene.poses };
+    let scale = ColourScale::speed(1.0);
+    let still = Still::new(&scene.grid, "t = 0.02 s", bodies, &scene.speeds, &scale);
+    Still { liquid: Some(surface), size: [320, 240], ..still }.draw().expect("the still fits the scene")
 }
 
 fn is_blue(pixel: &&[u8; 3]) -> bool {
@@ -90,7 +66,7 @@ fn pictures_are_the_same_for_any_number_of_threads() {
     let scene = scene();
     let surface = Isosurface::new(&scene.grid, &scene.liquid, 0.5, 1).unwrap();
     let liquid = section_of_cells(&scene.grid, &scene.liquid, 0.008);
-    let draw = || (section(&scene, &liquid, Some(&surface), true), still(&scene, &surface));
+    let draw = || (section(&scene, &liquid, true), still(&scene, &surface));
     let drawn = |threads| with_threads(threads, draw).unwrap();
     let first = drawn(1);
     assert!(first == drawn(1) && first == drawn(3));
@@ -99,7 +75,7 @@ fn pictures_are_the_same_for_any_number_of_threads() {
 #[test]
 fn the_cut_faces_of_grains_have_their_area_and_colour() {
     let scene = scene();
-    let picture = section(&scene, &[0.0; 240], None, true);
+    let picture = section(&scene, &[0.0; 240], true);
     // Grains 4 to 7 lie across the plane; the one at 0.8 rad from the axes is cut along a line of known length.
     let scale = ColourScale::speed(1.0);
     let width = |angle: f64| 2e-3 / angle.cos().abs().max(angle.sin().abs());
@@ -118,14 +94,19 @@ fn the_cut_faces_of_grains_have_their_area_and_colour() {
 #[test]
 fn liquid_is_drawn_where_there_is_at_least_a_hundredth() {
     let scene = scene();
-    let drop = section(&scene, &section_of_cells(&scene.grid, &scene.liquid, 0.008), None, false);
+    let drop = section(&scene, &section_of_cells(&scene.grid, &scene.liquid, 0.008), false);
     let area = std::f64::consts::PI * 0.003_f64.powi(2) * (400.0_f64 / 0.020).powi(2);
-    let empty = section(&scene, &[0.0; 240], None, false);
-    let wet = drop.pixels().iter().zip(empty.pixels()).filter(|(a, b)| a != b).count() as f64;
-    assert!((0.9..1.5).contains(&(wet / area)), "{wet} pixels of {area}");
+    let empty = section(&scene, &[0.0; 240], false);
+    // In the section itself, without the legend below it.
+    let shown = |picture: &Picture| -> Vec<[u8; 3]> {
+        picture.pixels().chunks(picture.width()).take(56 + 240).flatten().copied().collect()
+    };
+    let wet = shown(&drop).iter().zip(&shown(&empty)).filter(|(a, b)| a != b).count() as f64;
+    // Between the centres of cells a hundredth lies farther out than the surface.
+    assert!((1.5..1.65).contains(&(wet / area)), "{wet} pixels of {area}");
     assert!(drop.pixels().iter().filter(is_blue).count() as f64 > 0.7 * area);
-    assert!(empty == section(&scene, &[0.009; 240], None, false));
-    assert!(empty != section(&scene, &[0.011; 240], None, false));
+    assert!(empty == section(&scene, &[0.009; 240], false));
+    assert!(empty != section(&scene, &[0.011; 240], false));
 }
 
 #[test]
@@ -159,19 +140,9 @@ fn a_scene_without_grains_has_no_pixels_of_grains() {
 fn values_that_do_not_fit_are_refused() {
     let scene = scene();
     let surfaces = [BodySurface { nodes: &scene.nodes, triangles: &scene.triangles }];
-    let still = Still {
-        grid: &scene.grid,
-        top: scene.grid.upper().z,
-        viewpoint: Viewpoint::default(),
-        title: "",
-        bodies: Bodies { surfaces: &surfaces, poses: &scene.poses },
-        values: &[1.0],
-        scale: &ColourScale::speed(1.0),
-        liquid: None,
-        cut_open: false,
-        colour_bar: false,
-        size: [32, 24],
-    };
+    let bodies = Bodies { surfaces: &surfaces, poses: &scene.poses };
+    let scale = ColourScale::speed(1.0);
+    let still = Still::new(&scene.grid, "", bodies, &[1.0], &scale);
     assert!(matches!(still.draw(), Err(PictureError::WrongLength { expected: 12, found: 1, .. })));
 }
 
@@ -179,7 +150,7 @@ fn values_that_do_not_fit_are_refused() {
 fn a_saved_picture_is_a_png_of_the_same_pixels() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("plot.png");
-    let picture = section(&scene(), &[0.0; 240], None, true);
+    let picture = section(&scene(), &[0.0; 240], true);
     picture.save(&path).unwrap();
     let file = std::io::BufReader::new(std::fs::File::open(&path).unwrap());
     let mut reader = png::Decoder::new(file).read_info().unwrap();

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::path::Path;
 
+use sazanami::case::read::At;
 use sazanami::case::units::parse_quantity;
 use sazanami::case::{Diagnostics, Source, nearest};
 use toml::Spanned;
@@ -50,11 +51,8 @@ impl Reader<'_> {
             None => drop(self.report.error_in_file("the plan names no case").help("add `case = \"CASE.toml\"`")),
         }
         let side_by_side = root.get("side_by_side").and_then(|value| self.count(value, "side_by_side", 1));
-        let fixed = root.get("set").map(|value| self.fixed(value)).unwrap_or_default();
-        let keys = match root.get("keys") {
-            Some(value) => self.keys(value),
-            None => Vec::new(),
-        };
+        let fixed = self.fixed(root.get("set"));
+        let keys = self.keys(root.get("keys"));
         if keys.is_empty() && !self.report.has_errors() {
             self.report.error_in_file("the plan varies no key").help(
                 "add `[keys]` with, for example, `\"liquid.0.fall.speed\" = { values = [\"2 m/s\", \"4 m/s\"] }`",
@@ -69,7 +67,7 @@ impl Reader<'_> {
             Some(value) => self.design(value)?,
             None => Design::Product,
         };
-        let targets = root.get("targets").map(|value| self.targets(value)).unwrap_or_default();
+        let targets = self.targets(root.get("targets"));
         let most_runs = root.get("most_runs").and_then(|value| self.count(value, "most_runs", 3)).unwrap_or(MOST_TRIED);
         if targets.is_empty() {
             self.fitting(&keys, design);
@@ -142,7 +140,7 @@ impl Reader<'_> {
 
     /// A whole number of at least `least`.
     fn count(&mut self, value: Entry, name: &str, least: u64) -> Option<usize> {
-        let found = self.integer(value).filter(|&number| number >= least).and_then(|n| usize::try_from(n).ok());
+        let found = integer(value).filter(|&number| number >= least).and_then(|n| usize::try_from(n).ok());
         if found.is_none() {
             self.report
                 .error(value.span(), format!("`{name}` is a whole number of at least {least}"))
@@ -151,20 +149,19 @@ impl Reader<'_> {
         found
     }
 
-    fn integer(&self, value: Entry) -> Option<u64> {
-        match value.get_ref() {
-            DeValue::Integer(_) => self.text[value.span()].replace('_', "").parse().ok(),
-            _ => None,
+    /// Entries of a table that a plan may leave out, in the order of the file; what is none is refused by `why`.
+    fn table<'t>(&mut self, value: Option<Entry<'t>>, why: &str) -> Vec<(Name<'t>, Entry<'t>)> {
+        match value.map(|value| (value.get_ref(), value.span())) {
+            Some((DeValue::Table(table), _)) => return entries(table),
+            Some((_, span)) => drop(self.report.error(span, why)),
+            None => {}
         }
+        Vec::new()
     }
 
-    fn fixed(&mut self, value: Entry) -> Vec<(String, Range<usize>, Setting)> {
-        let DeValue::Table(table) = value.get_ref() else {
-            self.report.error(value.span(), "`set` is a table of keys and their values");
-            return Vec::new();
-        };
+    fn fixed(&mut self, value: Option<Entry>) -> Vec<(String, Range<usize>, Setting)> {
         let mut found = Vec::new();
-        for (name, value) in entries(table) {
+        for (name, value) in self.table(value, "`set` is a table of keys and their values") {
             if self.is_key(name, value) {
                 found.push((name.get_ref().to_string(), name.span(), self.verbatim(value.span())));
             }
@@ -186,17 +183,12 @@ impl Reader<'_> {
         true
     }
 
-    fn keys(&mut self, value: Entry) -> Vec<Key> {
-        let DeValue::Table(table) = value.get_ref() else {
-            self.report.error(value.span(), "`keys` is a table of keys and what they vary over");
-            return Vec::new();
-        };
+    fn keys(&mut self, value: Option<Entry>) -> Vec<Key> {
         let mut found = Vec::new();
-        for (name, value) in entries(table) {
-            if !self.is_key(name, value) {
-                continue;
-            }
-            if let Some(choices) = self.choices(name, value) {
+        for (name, value) in self.table(value, "`keys` is a table of keys and what they vary over") {
+            if self.is_key(name, value)
+                && let Some(choices) = self.choices(name, value)
+            {
                 found.push(Key { path: name.get_ref().to_string(), span: name.span(), choices });
             }
         }
@@ -287,10 +279,6 @@ impl Reader<'_> {
     /// Number and unit of an end, and whether it is written as an integer.
     fn end(&mut self, value: Entry) -> Option<(f64, String, bool)> {
         let found = match value.get_ref() {
-            DeValue::Integer(_) | DeValue::Float(_) => {
-                let is_integer = matches!(value.get_ref(), DeValue::Integer(_));
-                self.number(value).map(|number| (number, String::new(), is_integer))
-            }
             DeValue::String(text) => match parse_quantity(text) {
                 Ok(_) => {
                     let text = text.trim();
@@ -305,7 +293,7 @@ impl Reader<'_> {
                     return None;
                 }
             },
-            _ => None,
+            other => number(value).map(|number| (number, String::new(), matches!(other, DeValue::Integer(_)))),
         };
         let found = found.filter(|(number, _, _)| number.is_finite());
         if found.is_none() {
@@ -413,18 +401,11 @@ impl Reader<'_> {
         }
     }
 
-    fn targets(&mut self, value: Entry) -> Vec<Target> {
-        let DeValue::Table(table) = value.get_ref() else {
-            self.report.error(value.span(), "`targets` is a table of findings");
-            return Vec::new();
-        };
+    fn targets(&mut self, value: Option<Entry>) -> Vec<Target> {
         let mut found = Vec::new();
-        for (name, value) in entries(table) {
-            let number = |of: &DeTable, key: &str| of.get(key).and_then(|value| self.number(value));
-            let read = match value.get_ref() {
-                DeValue::Table(of) => number(of, "value").zip(number(of, "tolerance")),
-                _ => None,
-            };
+        for (name, value) in self.table(value, "`targets` is a table of findings") {
+            let entry = |key: &str| value.get_ref().get(key).and_then(number);
+            let read = entry("value").zip(entry("tolerance"));
             match read.filter(|(value, tolerance)| value.is_finite() && *tolerance > 0.0) {
                 Some((value, tolerance)) => found.push(Target { name: name.get_ref().to_string(), value, tolerance }),
                 None => {
@@ -437,13 +418,6 @@ impl Reader<'_> {
         found
     }
 
-    fn number(&self, value: Entry) -> Option<f64> {
-        match value.get_ref() {
-            DeValue::Integer(_) | DeValue::Float(_) => self.text[value.span()].replace('_', "").parse().ok(),
-            _ => None,
-        }
-    }
-
     fn seeds(&mut self, value: Entry) -> Vec<Setting> {
         let list = match value.get_ref() {
             DeValue::Array(list) if !list.is_empty() => list,
@@ -452,10 +426,10 @@ impl Reader<'_> {
                 return Vec::new();
             }
         };
-        for value in list.iter().filter(|value| self.integer(value).is_none()).map(Spanned::span).collect::<Vec<_>>() {
+        for value in list.iter().filter(|value| integer(value).is_none()).map(Spanned::span).collect::<Vec<_>>() {
             self.report.error(value, "a seed is a whole number of zero or more");
         }
-        let numbers: Vec<Option<f64>> = list.iter().map(|value| self.number(value)).collect();
+        let numbers: Vec<Option<f64>> = list.iter().map(number).collect();
         for (n, value) in
             list.iter().enumerate().filter(|(n, _)| numbers[*n].is_some() && numbers[..*n].contains(&numbers[*n]))
         {
@@ -465,6 +439,15 @@ impl Reader<'_> {
         }
         list.iter().map(|value| self.verbatim(value.span())).collect()
     }
+}
+
+fn number(value: Entry) -> Option<f64> {
+    At::root(value.get_ref()).number()
+}
+
+/// A whole number of zero or more.
+fn integer(value: Entry) -> Option<u64> {
+    At::root(value.get_ref()).integer().and_then(|number| u64::try_from(number).ok())
 }
 
 /// Whether two values as they are written mean the same.

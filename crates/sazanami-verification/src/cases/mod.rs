@@ -1,5 +1,4 @@
 //! The programs that pose the cases and measure.
 
 pub mod moving_particles;
-pub mod shift;
 pub mod whole_run;

@@ -1,9 +1,9 @@
 //! Void fractions in a lattice of grains.
 
-use sazanami_dem::{Grain, Motion};
+use sazanami_dem::{DemError, Grain, Motion};
 use sazanami_numerics::{Real, Vector};
 
-use super::vessel::{DIAMETER, ExperimentError, GRAIN_DENSITY, OPEN, PERIODIC, Vessel, WALLS, lattice};
+use super::vessel::{DIAMETER, GRAIN_DENSITY, OPEN, PERIODIC, Vessel, WALLS, lattice};
 use sazanami_mps::Kind;
 use sazanami_mps::grains::{OverlappingGrains, Voids};
 
@@ -25,8 +25,8 @@ pub struct LatticeVoids {
 /// 10 x 10 x 10 grains between a floor and a lid, periodic in x and y.
 ///
 /// # Errors
-/// [`ExperimentError`] if the grains cannot be set up.
-pub fn lattice_voids() -> Result<LatticeVoids, ExperimentError> {
+/// If the grains cannot be set up.
+pub fn lattice_voids() -> Result<LatticeVoids, DemError> {
     let count = 10;
     let d = DIAMETER;
     let lid = |sides| {
@@ -37,7 +37,7 @@ pub fn lattice_voids() -> Result<LatticeVoids, ExperimentError> {
             .collect();
         vessel
     };
-    let phase = |vessel: &Vessel| -> Result<OverlappingGrains, ExperimentError> {
+    let phase = |vessel: &Vessel| -> Result<OverlappingGrains, DemError> {
         let domain = vessel.domain();
         let mut phase = vessel.overlapping_grains(&domain)?;
         phase.place(&domain, &vessel.tank());
@@ -71,7 +71,7 @@ pub fn lattice_voids() -> Result<LatticeVoids, ExperimentError> {
         }
     };
     let points: Vec<Vector> = lattice([6; 3]).map(|s| d * (Vector::splat(3.0) + s / 1.5)).collect();
-    let found = |vessel: &Vessel, time: Real, still: bool| -> Result<[Vec<Real>; 2], ExperimentError> {
+    let found = |vessel: &Vessel, time: Real, still: bool| -> Result<[Vec<Real>; 2], DemError> {
         let mut phase = phase(vessel)?;
         let velocity: Vec<Vector> = points.iter().map(|x| fluid_rate * (x.x - middle) * Vector::X).collect();
         let place: Vec<Vector> = points.iter().zip(&velocity).map(|(x, u)| *x + time * *u).collect();

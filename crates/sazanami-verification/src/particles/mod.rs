@@ -8,4 +8,4 @@ mod vessel;
 pub use beds::{LatticeVoids, lattice_voids};
 pub use jets::{ReversedFall, reversed_fall};
 pub use operators::{Operators, bulk_weighted, laplacian_by_number_density, operators};
-pub use vessel::{DENSITY, DIAMETER, DOWN, Energy, ExperimentError, GRAIN_DENSITY, GRAVITY, Vessel};
+pub use vessel::{DOWN, Vessel};

@@ -1,5 +1,7 @@
 //! A box with fluid and grains, and the loop that runs it.
 
+use std::error::Error;
+
 use sazanami_dem::{Body, DemError, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
@@ -9,19 +11,19 @@ use sazanami_mps::boundary::{Side, Tank, WallFriction};
 use sazanami_mps::grains::{AddedMass, DragIntegration, DragParameters, Lift, OverlapSettings, OverlappingGrains};
 use sazanami_mps::pressure::Tolerance;
 use sazanami_mps::scheme::{Fluid, Scheme};
-use sazanami_mps::solver::{FluidParticle, ParticleSettings, SetupError, Solver, StepError};
+use sazanami_mps::solver::{FluidParticle, ParticleSettings, Solver};
 use sazanami_mps::stability::StepLimits;
 
 /// Density of the grains [kg/m^3].
-pub const GRAIN_DENSITY: Real = 2650.0;
+pub(super) const GRAIN_DENSITY: Real = 2650.0;
 /// Diameter of the grains \[m].
-pub const DIAMETER: Real = 1e-3;
+pub(super) const DIAMETER: Real = 1e-3;
 /// Density of the water [kg/m^3].
-pub const DENSITY: Real = 1000.0;
+const DENSITY: Real = 1000.0;
 /// Kinematic viscosity of the water [m^2/s].
 const VISCOSITY: Real = 1e-6;
 /// Acceleration of gravity [m/s^2].
-pub const GRAVITY: Real = 9.81;
+const GRAVITY: Real = 9.81;
 /// The same as a vector.
 pub const DOWN: Vector = Vector::new(0.0, 0.0, -GRAVITY);
 
@@ -29,57 +31,34 @@ pub(super) const WALLS: [Side; 2] = [Side::Wall; 2];
 pub(super) const PERIODIC: [Side; 2] = [Side::Periodic; 2];
 pub(super) const OPEN: [Side; 2] = [Side::Open; 2];
 
-/// An experiment could not be set up or went wrong.
-#[derive(Debug, thiserror::Error)]
-pub enum ExperimentError {
-    /// Fluid and walls do not fit.
-    #[error(transparent)]
-    Setup(#[from] SetupError),
-    /// Grains do not fit or went wrong.
-    #[error(transparent)]
-    Grains(#[from] DemError),
-    /// A step failed.
-    #[error(transparent)]
-    Step(#[from] StepError),
-}
-
-/// A box with fluid and grains before it runs.
+/// A box with its lower corner at the origin, with fluid and grains before it runs.
 #[derive(Clone, Debug)]
 pub struct Vessel {
-    /// Lower corner \[m].
-    pub lower: Vector,
     /// Upper corner \[m].
     pub upper: Vector,
     /// Sides of the box.
     pub sides: [[Side; 2]; 3],
     /// Particle spacing \[m].
     pub spacing: Real,
-    /// Friction of the fluid along walls.
-    pub friction: WallFriction,
     /// Scheme of the water.
     pub scheme: Scheme,
-    /// Longest step \[s].
-    pub longest: Real,
     /// Point at which the hydrostatic part of the pressure is zero \[m].
     pub reference: Vector,
     /// Fluid particles at the start.
     pub fluid: Vec<FluidParticle>,
-    /// Grains, spheres of [`DIAMETER`].
+    /// Grains, spheres of 1 mm.
     pub grains: Vec<Grain>,
 }
 
 impl Vessel {
-    /// An empty box of `size` spacings with its lower corner at the origin.
+    /// An empty box of `size` spacings.
     #[must_use]
     pub fn new(size: [usize; 3], spacing: Real, sides: [[Side; 2]; 3]) -> Self {
         Self {
-            lower: Vector::ZERO,
             upper: spacing * Vector::from_array(size.map(|n| n as Real)),
             sides,
             spacing,
-            friction: WallFriction::NoSlip,
             scheme: Scheme::default(),
-            longest: 0.05 * (spacing / GRAVITY).sqrt(),
             reference: Vector::ZERO,
             fluid: Vec::new(),
             grains: Vec::new(),
@@ -90,33 +69,30 @@ impl Vessel {
     /// surface.
     #[must_use]
     pub fn filled(mut self, count: [usize; 3]) -> Self {
-        self.fluid.extend(
-            lattice(count)
-                .map(|place| FluidParticle { position: self.lower + self.spacing * place, velocity: Vector::ZERO }),
-        );
-        self.reference = self.lower + self.spacing * Vector::new(0.0, 0.0, count[2] as Real);
+        let at_rest = |place| FluidParticle { position: self.spacing * place, velocity: Vector::ZERO };
+        self.fluid.extend(lattice(count).map(at_rest));
+        self.reference = self.spacing * Vector::new(0.0, 0.0, count[2] as Real);
         self
     }
 
     pub(super) fn domain(&self) -> Domain {
         let cell = 0.5 * (self.scheme.radius + 0.36) * self.spacing;
-        let (lower, upper) = (self.lower, self.upper);
-        let cells = (upper - lower).to_array().map(|length| ((length / cell).floor() as usize).max(1));
-        Domain::solo(Grid::new(cells, lower, upper), self.sides.map(|sides| sides[0] == Side::Periodic))
+        let cells = self.upper.to_array().map(|length| ((length / cell).floor() as usize).max(1));
+        Domain::solo(Grid::new(cells, Vector::ZERO, self.upper), self.sides.map(|sides| sides[0] == Side::Periodic))
     }
 
     pub(super) fn tank(&self) -> Tank {
-        Tank::new(self.lower, self.upper, self.sides, self.friction)
+        Tank::new(Vector::ZERO, self.upper, self.sides, WallFriction::NoSlip)
     }
 
     pub(super) fn engine(&self, domain: &Domain) -> Result<Engine, DemError> {
         let present = self.sides.map(|sides| sides.map(|side| side == Side::Wall));
-        let around = Vector::splat(10.0 * DIAMETER) + (self.upper - self.lower);
+        let around = Vector::splat(10.0 * DIAMETER) + self.upper;
         let setup = Setup {
             bodies: vec![Body::ball(0.5 * DIAMETER)],
             interactions: Interactions::uniform(1, LinearSpringDashpot::spheres(400.0, 0.5, 0.4)),
-            walls: Wall::of_box(self.lower, self.upper, 0, present),
-            region: [self.lower - around, self.upper + around],
+            walls: Wall::of_box(Vector::ZERO, self.upper, 0, present),
+            region: [-around, self.upper + around],
             ghost_margin: 3.6 * DIAMETER.max(self.spacing),
         };
         Engine::new(domain, setup, &self.grains)
@@ -141,13 +117,13 @@ impl Vessel {
     /// The solver, on one rank.
     ///
     /// # Errors
-    /// [`ExperimentError`] if box, fluid and grains do not fit.
-    pub fn solver(&self) -> Result<Solver, ExperimentError> {
+    /// If box, fluid and grains do not fit.
+    pub fn solver(&self) -> Result<Solver, Box<dyn Error>> {
         let domain = self.domain();
         let settings = ParticleSettings {
             fluid: Fluid { density: DENSITY, viscosity: VISCOSITY, spacing: self.spacing },
             scheme: self.scheme,
-            limits: StepLimits { longest: self.longest, ..StepLimits::default() },
+            limits: StepLimits { longest: 0.05 * (self.spacing / GRAVITY).sqrt(), ..StepLimits::default() },
             tolerance: Tolerance::default(),
             reference: self.reference,
         };
@@ -169,27 +145,23 @@ pub(super) fn kinetic_energy(solver: &Solver) -> Real {
 }
 
 /// An energy as it is seen from step to step, over what it was at first.
-#[derive(Clone, Copy, Debug)]
-pub struct Energy {
+pub(super) struct Energy {
     first: Real,
     least: Real,
     /// Energy in the last step seen.
     pub last: Real,
-    /// Largest energy of all steps.
-    pub largest: Real,
     /// The largest rise above the least before it.
     pub rise: Real,
 }
 
 impl Energy {
-    pub(super) fn new(first: Real) -> Self {
-        Self { first, least: 1.0, last: 1.0, largest: 1.0, rise: 0.0 }
+    pub fn new(first: Real) -> Self {
+        Self { first, least: 1.0, last: 1.0, rise: 0.0 }
     }
 
-    pub(super) fn see(&mut self, now: Real) {
+    pub fn see(&mut self, now: Real) {
         self.last = now / self.first;
         self.least = self.least.min(self.last);
-        self.largest = self.largest.max(self.last);
         self.rise = self.rise.max(self.last - self.least);
     }
 }
