@@ -204,8 +204,8 @@ pub(crate) mod test_bed {
         pub fn columns(diameter: Real, half: Real, layers: usize, top: impl Fn(Real) -> Real) -> Self {
             let count = (2.0 * half / diameter).round() as usize;
             let pitch = 2.0 * half / count as Real;
-            let mut bed = Self::new(diameter, Vec::new());
-            let highest = bed.nodes.iter().fold(0.0, |z: Real, n| z.max(n.z));
+            let (nodes, _) = icosahedron(Vector::splat(diameter / 2.0));
+            let highest = nodes.iter().fold(0.0, |z: Real, n| z.max(n.z));
             let mut position = Vec::new();
             for i in 0..count {
                 for j in 0..count {
@@ -214,8 +214,7 @@ pub(crate) mod test_bed {
                     position.extend((0..layers).map(|k| Vector::new(x, y, level - highest - k as Real * diameter)));
                 }
             }
-            bed = Self::new(diameter, position);
-            bed
+            Self::new(diameter, position)
         }
 
         pub fn view<R>(&self, look: impl FnOnce(&BedView) -> R) -> R {

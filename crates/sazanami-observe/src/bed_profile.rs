@@ -135,11 +135,6 @@ mod tests {
     use super::*;
     use crate::bed::test_bed::{Bed, icosahedron};
 
-    fn volume(bed: &Bed) -> Real {
-        let corner = |n: u32| bed.nodes[n as usize];
-        bed.triangles.iter().map(|t| corner(t[0]).dot(corner(t[1]).cross(corner(t[2]))) / 6.0).sum()
-    }
-
     #[test]
     fn the_highest_node_near_the_axis_is_found() {
         let bed = Bed::columns(0.5, 5.0, 2, |r| 3.0 - 0.1 * r);
@@ -182,7 +177,7 @@ mod tests {
     #[test]
     fn cut_grains_have_the_volume_below_the_cut() {
         let mut bed = Bed::new(1.0, vec![Vector::new(0.3, -0.2, 0.7)]);
-        let whole = volume(&bed);
+        let whole = bed.view(|view| view.volume_of(0));
         bed.orientation[0] = Quaternion::from_scaled_axis(Vector::new(0.3, 1.1, -0.7));
         bed.view(|view| {
             assert!((volume_below(view, 0, 2.0) - whole).abs() < 1e-14);
@@ -206,7 +201,7 @@ mod tests {
     #[test]
     fn the_porosity_of_a_slab_counts_the_grains_in_it() {
         let bed = Bed::columns(0.5, 2.0, 4, |_| 2.0);
-        let grain = volume(&bed);
+        let grain = bed.view(|view| view.volume_of(0));
         bed.view(|view| {
             // The slab holds the second and third of four layers.
             let porosity = porosity_of_grains(view, 0.5..1.5, 16.0);

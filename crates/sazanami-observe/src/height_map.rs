@@ -28,14 +28,6 @@ impl HeightMap {
         Self { lower, spacing, pixels, height: vec![Real::NEG_INFINITY; count], grain: vec![NO_GRAIN; count] }
     }
 
-    /// A map of all grains of a bed.
-    #[must_use]
-    pub fn of(bed: &BedView, lower: Horizontal, upper: Horizontal, spacing: Real) -> Self {
-        let mut map = Self::new(lower, upper, spacing);
-        map.add(bed, &bed.bounds(), &(0..bed.len()).collect::<Vec<_>>());
-        map
-    }
-
     /// Draws the upper surfaces of `grains`, whose boxes are `bounds` by the number of the grain. The result depends
     /// neither on the order of the grains nor on the number of threads: a pixel keeps the highest surface, and of equal
     /// ones that of the grain with the smallest number.
@@ -85,12 +77,6 @@ impl HeightMap {
     #[must_use]
     pub fn height(&self, i: usize, j: usize) -> Option<Real> {
         Some(self.height[j * self.pixels[0] + i]).filter(|z| z.is_finite())
-    }
-
-    /// Grain seen at a pixel.
-    #[must_use]
-    pub fn grain(&self, i: usize, j: usize) -> Option<usize> {
-        Some(self.grain[j * self.pixels[0] + i]).filter(|&g| g != NO_GRAIN).map(|g| g as usize)
     }
 
     /// Largest height \[m] over the pixels with centres in a rectangle.
@@ -206,15 +192,22 @@ mod tests {
     use super::*;
     use crate::bed::test_bed::Bed;
 
+    /// A map of all grains of a bed.
+    fn map_of(bed: &BedView, lower: Horizontal, upper: Horizontal, spacing: Real) -> HeightMap {
+        let mut map = HeightMap::new(lower, upper, spacing);
+        map.add(bed, &bed.bounds(), &(0..bed.len()).collect::<Vec<_>>());
+        map
+    }
+
     #[test]
     fn the_higher_grain_hides_the_lower() {
         let bed = Bed::new(1.0, vec![Vector::new(0.0, 0.0, 5.0), Vector::ZERO, Vector::new(0.0, 1.2, 0.0)]);
         bed.view(|view| {
-            let map = HeightMap::of(view, [-2.0, -2.0], [2.0, 2.0], 0.05);
+            let map = map_of(view, [-2.0, -2.0], [2.0, 2.0], 0.05);
             let seen = map.pixels_seen(3);
             assert_eq!(seen[1], 0);
             assert!(seen[0] > 200 && seen[0].abs_diff(seen[2]) < 8, "{seen:?}");
-            assert_eq!(map.grain(40, 40), Some(0));
+            assert_eq!(map.grain[40 * map.pixels[0] + 40], 0);
             let top = map.height(40, 40).unwrap();
             assert!((5.4..5.51).contains(&top), "{top}");
             assert_eq!(map.height(1, 1), None);
@@ -228,7 +221,7 @@ mod tests {
         let positions = [0.0, 0.3, 0.7, 0.4].map(|x| Vector::new(x, 0.5 * x, 0.1 * x)).to_vec();
         let bed = Bed::new(1.0, positions);
         bed.view(|view| {
-            let forward = HeightMap::of(view, [-1.0, -1.0], [2.0, 2.0], 0.03);
+            let forward = map_of(view, [-1.0, -1.0], [2.0, 2.0], 0.03);
             let mut backward = HeightMap::new([-1.0, -1.0], [2.0, 2.0], 0.03);
             let bounds = view.bounds();
             (0..4).rev().for_each(|grain| backward.add(view, &bounds, &[grain]));
@@ -241,7 +234,7 @@ mod tests {
         // Several layers over many strips: most grains are hidden.
         let bed = Bed::columns(1.0, 10.0, 6, |x| 2.0 + 0.2 * x);
         bed.view(|view| {
-            let map = || HeightMap::of(view, [-10.0; 2], [10.0; 2], 0.125);
+            let map = || map_of(view, [-10.0; 2], [10.0; 2], 0.125);
             let [one, four] = [1, 4].map(|threads| sazanami_parallel::with_threads(threads, map).unwrap());
             assert_eq!(one, four);
             let seen = one.pixels_seen(view.len());
@@ -259,7 +252,7 @@ mod tests {
     fn grains_outside_the_rectangle_are_cut() {
         let bed = Bed::new(1.0, vec![Vector::new(-3.0, 0.0, 0.0), Vector::new(0.9, 0.9, 0.0)]);
         bed.view(|view| {
-            let seen = HeightMap::of(view, [0.0, 0.0], [1.0, 1.0], 0.1).pixels_seen(2);
+            let seen = map_of(view, [0.0, 0.0], [1.0, 1.0], 0.1).pixels_seen(2);
             assert!(seen[0] == 0 && seen[1] > 10);
         });
     }

@@ -128,13 +128,6 @@ mod tests {
     use sazanami_numerics::Real;
     use sazanami_observe::erosion::NOT_AT_REST;
 
-    fn scratch(name: &str) -> PathBuf {
-        let folder = std::env::temp_dir().join(format!("sazanami-analyse-{name}-{}", std::process::id()));
-        let _ = std::fs::remove_dir_all(&folder);
-        std::fs::create_dir_all(&folder).unwrap();
-        folder
-    }
-
     fn run(parent: &Path, name: &str, status: &str, time: Real, momentum: [Real; 3]) -> PathBuf {
         let folder = parent.join(name);
         std::fs::create_dir_all(&folder).unwrap();
@@ -149,31 +142,33 @@ mod tests {
         folder
     }
 
+    /// Changes the summary of a run.
+    fn change(folder: &Path, how: impl FnOnce(&mut Value)) {
+        let mut changed = summary(folder).unwrap();
+        how(&mut changed);
+        std::fs::write(folder.join(SUMMARY), changed.to_string()).unwrap();
+    }
+
     #[test]
     fn runs_that_failed_or_end_before_their_crater_rests_are_left_out() {
-        let parent = scratch("several");
+        let place = tempfile::tempdir().unwrap();
+        let parent = place.path();
         let folders = [
-            run(&parent, "straight", "finished", 0.02, [0.0, 0.0, -5e-4]),
-            run(&parent, "slanted", "stopped", 0.02, [3e-4, 0.0, -4e-4]),
-            run(&parent, "short", "finished", 0.01, [0.0, 0.0, -5e-4]),
-            run(&parent, "broken", "failed", 0.02, [0.0, 0.0, -5e-4]),
-            run(&parent, "rests", "finished", 0.015, [0.0, 0.0, -5e-4]),
+            run(parent, "straight", "finished", 0.02, [0.0, 0.0, -5e-4]),
+            run(parent, "slanted", "stopped", 0.02, [3e-4, 0.0, -4e-4]),
+            run(parent, "short", "finished", 0.01, [0.0, 0.0, -5e-4]),
+            run(parent, "broken", "failed", 0.02, [0.0, 0.0, -5e-4]),
+            run(parent, "rests", "finished", 0.015, [0.0, 0.0, -5e-4]),
         ];
-        let path = folders[4].join(SUMMARY);
-        let mut rests: Value = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
-        rests["observables"]["crater_rest"]["at_rest"] = true.into();
-        std::fs::write(&path, rests.to_string()).unwrap();
+        change(&folders[4], |summary| summary["observables"]["crater_rest"]["at_rest"] = true.into());
         let (runs, lines) = comparable(&folders).unwrap();
         let names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).collect();
         assert_eq!(names, ["straight", "slanted", "rests"]);
         // The same bits once more are no scatter.
         let mut twice = folders.to_vec();
         for (name, hash) in [("one", "a"), ("same", "a"), ("other", "b")] {
-            let folder = run(&parent, name, "finished", 0.02, [0.0, 0.0, -5e-4]);
-            let path = folder.join(SUMMARY);
-            let mut summary: Value = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
-            summary["state_hash"] = hash.into();
-            std::fs::write(&path, summary.to_string()).unwrap();
+            let folder = run(parent, name, "finished", 0.02, [0.0, 0.0, -5e-4]);
+            change(&folder, |summary| summary["state_hash"] = hash.into());
             twice.push(folder);
         }
         let (all, said) = comparable(&twice).unwrap();
@@ -185,28 +180,26 @@ mod tests {
         let left_out: Vec<&String> = lines.iter().filter(|line| line.contains("left out")).collect();
         assert_eq!(left_out.len(), 2, "{lines:#?}");
         assert!(left_out[0].starts_with("broken: ") && left_out[1].starts_with("short: "), "{lines:#?}");
-        std::fs::remove_dir_all(&parent).unwrap();
     }
 
     #[test]
     fn tables_of_comparisons_are_numbered() {
-        let folder = scratch("numbers");
+        let folder = tempfile::tempdir().unwrap();
         for expected in ["a.csv", "a-2.csv", "a-3.csv"] {
-            let path = free_path(&folder, "a");
-            assert_eq!(path, folder.join(expected));
+            let path = free_path(folder.path(), "a");
+            assert_eq!(path, folder.path().join(expected));
             std::fs::write(path, "").unwrap();
         }
-        std::fs::remove_dir_all(&folder).unwrap();
     }
 
     #[test]
     fn a_crater_without_a_volume_has_a_line() {
-        let folder = run(&scratch("crater"), "a", "finished", 0.02, [0.0; 3]);
+        let place = tempfile::tempdir().unwrap();
+        let folder = run(place.path(), "a", "finished", 0.02, [0.0; 3]);
         let reported = |lines: &[String]| lines.iter().any(|line| line.contains("not evaluated: no rim"));
         assert!(!reported(&analyse(std::slice::from_ref(&folder), &[], None, None, &mut Silent).unwrap()));
-        let path = folder.join(SUMMARY);
-        std::fs::write(&path, r#"{ "observables": { "erosion": { "not_evaluated": "no rim" } } }"#).unwrap();
+        std::fs::write(folder.join(SUMMARY), r#"{ "observables": { "erosion": { "not_evaluated": "no rim" } } }"#)
+            .unwrap();
         assert!(reported(&analyse(std::slice::from_ref(&folder), &[], None, None, &mut Silent).unwrap()));
-        std::fs::remove_dir_all(folder.parent().unwrap()).unwrap();
     }
 }

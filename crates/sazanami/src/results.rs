@@ -297,27 +297,22 @@ fn next_free(parent: &Path, case_name: &str) -> PathBuf {
 mod tests {
     use super::*;
 
-    fn scratch(name: &str) -> PathBuf {
-        let folder = std::env::temp_dir().join(format!("sazanami-results-{name}-{}", std::process::id()));
-        let _ = fs::remove_dir_all(&folder);
-        folder
-    }
-
     #[test]
     fn filled_folders_are_refused_unless_forced() {
-        let folder = scratch("filled");
+        let place = tempfile::tempdir().unwrap();
+        let folder = place.path().join("filled");
         assert_eq!(prepare(Some(&folder), "case", false).unwrap(), folder);
         assert!(prepare(Some(&folder), "case", false).is_ok());
         fs::write(folder.join("series.csv"), "x").unwrap();
         assert_eq!(prepare(Some(&folder), "case", false).unwrap_err().exit_code(), 2);
         assert!(prepare(Some(&folder), "case", true).is_ok());
         assert_eq!(fs::read_to_string(folder.join("series.csv")).unwrap(), "x");
-        fs::remove_dir_all(&folder).unwrap();
     }
 
     #[test]
     fn copies_for_earlier_runs_go_and_those_needed_stay() {
-        let folder = scratch("inputs");
+        let place = tempfile::tempdir().unwrap();
+        let folder = place.path().join("inputs");
         let [needed, old] = ["grains-0/bed/new.bed", "grains-1/shape/old.msh"].map(|name| folder.join(name));
         for file in [&needed, &old, &folder.join("grains-0/bed/old.bed")] {
             fs::create_dir_all(file.parent().unwrap()).unwrap();
@@ -341,19 +336,18 @@ mod tests {
 
     #[test]
     fn files_and_unwritable_places_are_refused() {
-        let folder = scratch("file");
+        let place = tempfile::tempdir().unwrap();
+        let folder = place.path().join("file");
         fs::write(&folder, "x").unwrap();
         assert!(prepare(Some(&folder), "case", true).unwrap_err().to_string().contains("is a file"));
         assert!(prepare(Some(&folder.join("inside")), "case", false).is_err());
-        fs::remove_file(&folder).unwrap();
     }
 
     #[test]
     fn unnamed_results_get_the_next_free_number() {
-        let parent = scratch("numbers");
-        fs::create_dir_all(parent.join("case-1")).unwrap();
-        fs::write(parent.join("case-1/a"), "x").unwrap();
-        assert_eq!(next_free(&parent, "case"), parent.join("case-2"));
-        fs::remove_dir_all(&parent).unwrap();
+        let parent = tempfile::tempdir().unwrap();
+        fs::create_dir_all(parent.path().join("case-1")).unwrap();
+        fs::write(parent.path().join("case-1/a"), "x").unwrap();
+        assert_eq!(next_free(parent.path(), "case"), parent.path().join("case-2"));
     }
 }

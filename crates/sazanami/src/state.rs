@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use sazanami_io::vtk::DataArray;
 use sazanami_numerics::Real;
 use sazanami_numerics::grid::Grid;
 
@@ -32,6 +33,25 @@ impl Array {
     /// An array of small whole numbers.
     pub(crate) fn whole(name: &str, values: impl IntoIterator<Item = u32>) -> Self {
         Self { name: name.to_owned(), components: 1, values: Values::U32(values.into_iter().collect()) }
+    }
+
+    /// The array as a file has it, its values as they are.
+    pub(crate) fn as_it_is(&self) -> DataArray<'_> {
+        match &self.values {
+            Values::F64(values) => DataArray::new(&self.name, self.components, values),
+            Values::F32(values) => DataArray::new(&self.name, self.components, values),
+            Values::U64(values) => DataArray::new(&self.name, self.components, values),
+            Values::U32(values) => DataArray::new(&self.name, self.components, values),
+            Values::I32(values) => DataArray::new(&self.name, self.components, values),
+        }
+    }
+
+    /// The array as a file has it, real numbers in single precision.
+    pub(crate) fn rounded(&self) -> DataArray<'_> {
+        match &self.values {
+            Values::F64(values) => DataArray::rounded(&self.name, self.components, values.iter().copied()),
+            _ => self.as_it_is(),
+        }
     }
 }
 

@@ -10,6 +10,7 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::Solo;
 
 use crate::cloud::{bits_agree, fall};
+use crate::support::domain;
 
 const RADIUS: Real = 1e-3;
 const PAIR: [Real; 2] = [RADIUS; 2];
@@ -21,17 +22,8 @@ fn water() -> Bridge {
 
 fn setup(bridge: Option<Bridge>, walls: Vec<Wall>) -> Setup {
     let law = LinearSpringDashpot { damping: Damping::Restitution(0.9), ..LinearSpringDashpot::SAND };
-    Setup {
-        bodies: vec![Body::ball(RADIUS)],
-        interactions: Interactions::uniform(1, law).with_bridge(bridge),
-        walls,
-        region: [Vector::splat(-1e3), Vector::splat(1e3)],
-        ghost_margin: 0.0,
-    }
-}
-
-fn domain() -> Domain {
-    Domain::solo(Grid::new([4, 4, 4], Vector::splat(-1.0), Vector::splat(1.0)), [false; 3])
+    let interactions = Interactions::uniform(1, law).with_bridge(bridge);
+    Setup { interactions, ..crate::support::setup(vec![Body::ball(RADIUS)], law, walls) }
 }
 
 /// Two balls that overlap by a part of a radius, the upper at the origin.

@@ -7,12 +7,13 @@ use sazanami_numerics::grid::Grid;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_parallel::{Communicator, Solo, run_ranks};
 
+use crate::support::{floor, snapshot_of};
+
 /// A cloud of balls that falls on a floor, in a box that is periodic in x1 and x2.
 pub fn fall(communicator: Box<dyn Communicator>, setup: Setup, from: Option<&Snapshot>, steps: usize) -> Snapshot {
     let grid = Grid::new([24, 16, 8], Vector::ZERO, Vector::new(0.02, 0.02, 0.03));
     let domain = Domain::new(grid, [true, true, false], communicator).expect("the case is sound");
-    let floor = vec![Wall::at_rest(Vector::ZERO, Vector::Z, 0)];
-    let setup = Setup { ghost_margin: 1e-3, walls: floor, ..setup };
+    let setup = Setup { ghost_margin: 1e-3, walls: floor(), ..setup };
     let mut random = Random::new(5);
     let mut grains: Vec<Grain> = (0..120)
         .map(|n| Grain { scale: random.between(0.5, 1.0), ..Grain::new(7 * n % 121, 2650.0, Vector::ZERO) })
@@ -36,9 +37,7 @@ pub fn fall(communicator: Box<dyn Communicator>, setup: Setup, from: Option<&Sna
     for _ in 0..steps {
         engine.advance(&domain, &Loads::none(), gravity, 2e-4, Substeps::Auto).expect("the case is sound");
     }
-    let mut snapshot = Snapshot::default();
-    engine.snapshot(&domain, "dem/", &mut snapshot);
-    snapshot
+    snapshot_of(&domain, &mut engine)
 }
 
 /// The cloud after 40 and after 80 steps, whose bits do not depend on ranks, threads and an interruption.

@@ -1,26 +1,12 @@
 //! Single contacts against closed forms.
 
 use sazanami_dem::*;
-use sazanami_numerics::domain::Domain;
-use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
-fn domain() -> Domain {
-    Domain::solo(Grid::new([4, 4, 4], Vector::splat(-1.0), Vector::splat(1.0)), [false; 3])
-}
+use crate::support::{domain, floor};
 
 fn setup(radius: Real, law: LinearSpringDashpot, walls: Vec<Wall>) -> Setup {
-    Setup {
-        bodies: vec![Body::ball(radius)],
-        interactions: Interactions::uniform(1, law),
-        walls,
-        region: [Vector::splat(-1e3), Vector::splat(1e3)],
-        ghost_margin: 0.0,
-    }
-}
-
-fn floor() -> Vec<Wall> {
-    vec![Wall::at_rest(Vector::ZERO, Vector::Z, 0)]
+    crate::support::setup(vec![Body::ball(radius)], law, walls)
 }
 
 fn law(stiffness: Real, damping: Damping) -> LinearSpringDashpot {

@@ -11,13 +11,7 @@ fn domain() -> Domain {
 }
 
 fn setup(law: LinearSpringDashpot) -> Setup {
-    Setup {
-        bodies: vec![Body::prolate(0.26e-3, 0.635e-3, 9)],
-        interactions: Interactions::uniform(1, law),
-        walls: vec![],
-        region: [Vector::splat(-1.0), Vector::ONE],
-        ghost_margin: 0.0,
-    }
+    crate::support::setup(vec![Body::prolate(0.26e-3, 0.635e-3, 9)], law, vec![])
 }
 
 /// A ball of 100 grains that falls in on itself while it turns.

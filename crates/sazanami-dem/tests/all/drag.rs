@@ -38,13 +38,7 @@ fn alone(periodic: bool) -> Domain {
 
 fn setup(walls: Vec<Wall>) -> Setup {
     let law = LinearSpringDashpot::spheres(400.0, 0.5, 0.4);
-    Setup {
-        bodies: vec![Body::ball(RADIUS), Body::prolate(0.4e-3, 0.7e-3, 5)],
-        interactions: Interactions::uniform(1, law),
-        walls,
-        region: [Vector::splat(-1.0), Vector::ONE],
-        ghost_margin: 0.0,
-    }
+    crate::support::setup(vec![Body::ball(RADIUS), Body::prolate(0.4e-3, 0.7e-3, 5)], law, walls)
 }
 
 /// Balls and spheroids that fly at each other; every seventh does not mind forces.
@@ -159,10 +153,8 @@ fn a_ball_with_added_mass_bounces_as_a_heavier_one() {
 #[test]
 fn a_ball_falls_at_its_terminal_velocity() {
     let domain = alone(false);
-    let mut deep = setup(vec![]);
-    deep.region[0].z = -10.0;
-    let mut engine =
-        Engine::new(&domain, deep, &[Grain::new(1, 2650.0, Vector::splat(0.5 * WIDTH))]).expect("the case is sound");
+    let ball = Grain::new(1, 2650.0, Vector::splat(0.5 * WIDTH));
+    let mut engine = Engine::new(&domain, setup(vec![]), &[ball]).expect("the case is sound");
     let drag = Law { fluid: vec![Vector::ZERO], linear: 0.0, quadratic: 3.5e-4 };
     let loads = Loads { drag: Some(&drag), ..Loads::none() };
     let speed = (engine.grains().mass[0] * 9.81 / drag.quadratic).sqrt();
@@ -228,8 +220,7 @@ fn grains_and_fluid_together_keep_their_momentum() {
 
 /// State of every grain after some steps in a swirl: identifier, velocity, impulse of the drag.
 fn stirred(domain: &Domain, factor: Real) -> Vec<(u64, Vector, Vector)> {
-    let walls = vec![Wall::at_rest(Vector::ZERO, Vector::Z, 0)];
-    let mut engine = Engine::new(domain, setup(walls), &dense_grains()).expect("the case is sound");
+    let mut engine = Engine::new(domain, setup(crate::support::floor()), &dense_grains()).expect("the case is sound");
     for _ in 0..60 {
         let mut drag = swirl(engine.grains());
         drag.quadratic *= factor;

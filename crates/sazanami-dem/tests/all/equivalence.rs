@@ -7,6 +7,8 @@ use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Quaternion, Real, Vector};
 use sazanami_parallel::{Communicator, Solo, run_ranks, with_threads};
 
+use crate::support::snapshot_of;
+
 const WIDTH: Real = 6e-3;
 const GRAVITY: Vector = Vector::new(0.0, 0.0, -500.0);
 
@@ -59,9 +61,7 @@ fn run(domain: &Domain, engine: &mut Engine, steps: usize) -> Snapshot {
     for _ in 0..steps {
         engine.advance(domain, &Loads::none(), GRAVITY, 2e-5, Substeps::Fixed(40)).expect("the case is sound");
     }
-    let mut snapshot = Snapshot::default();
-    engine.snapshot(domain, "dem/", &mut snapshot);
-    snapshot
+    snapshot_of(domain, engine)
 }
 
 fn alone(periodic: bool, steps: usize) -> Snapshot {
@@ -75,11 +75,8 @@ fn alone(periodic: bool, steps: usize) -> Snapshot {
 fn ranks_and_threads_give_the_same_bits() {
     for periodic in [false, true] {
         let expected = alone(periodic, 150);
-        assert!(
-            expected.u64("dem/contact.low").expect("the case is sound").len() > 20,
-            "{}",
-            expected.u64("dem/contact.low").expect("the case is sound").len()
-        );
+        let contacts = expected.u64("dem/contact.low").expect("the case is sound").len();
+        assert!(contacts > 20, "{contacts}");
         for (ranks, threads) in [(1, 3), (2, 1), (3, 2), (4, 1), (6, 1)] {
             let found = run_ranks(ranks, threads, |c| {
                 let domain = domain(c, periodic);
@@ -185,9 +182,7 @@ fn balls_that_touch_on_both_sides_of_a_narrow_box_keep_both_contacts_while_they_
         impacts += usize::from(report.contacts > touching);
         touching = report.contacts;
         step(&mut renewed);
-        let (mut a, mut b) = (Snapshot::default(), Snapshot::default());
-        old.snapshot(&domain, "dem/", &mut a);
-        renewed.snapshot(&domain, "dem/", &mut b);
+        let [a, b] = [&mut old, &mut renewed].map(|engine| snapshot_of(&domain, engine));
         assert!(a == b);
         renewed = Engine::restore(&domain, setup(), "dem/", &b).expect("the case is sound");
     }
@@ -213,8 +208,7 @@ fn one_hits_the_other(domain: &Domain, motion: Motion, fresh: bool) -> (Vector, 
             engine.set_wall_velocities(domain, Vector::new(-1.0, 0.0, 0.0));
         }
         engine.advance(domain, &Loads::none(), Vector::ZERO, 2e-5, Substeps::Fixed(40)).expect("no ball is lost");
-        snapshot = Snapshot::default();
-        engine.snapshot(domain, "dem/", &mut snapshot);
+        snapshot = snapshot_of(domain, &mut engine);
         if fresh {
             engine = Engine::restore(domain, setup(), "dem/", &snapshot).expect("the case is sound");
         }
@@ -438,9 +432,7 @@ fn balls(domain: &Domain, rolling_friction: Real, others: bool) -> Snapshot {
     for _ in 0..100 {
         engine.advance(domain, &Loads::none(), GRAVITY, 1e-4, Substeps::Fixed(40)).expect("they fall");
     }
-    let mut snapshot = Snapshot::default();
-    engine.snapshot(domain, "", &mut snapshot);
-    snapshot
+    snapshot_of(domain, &mut engine)
 }
 
 #[test]
@@ -448,7 +440,7 @@ fn balls_alone_have_the_bits_of_balls_among_others() {
     let solo = |periodic| domain(Box::new(Solo::default()), periodic);
     for (periodic, rolling) in [(false, 0.0), (true, 0.0), (true, 0.05)] {
         let expected = balls(&solo(periodic), rolling, true);
-        assert!(expected.u64("contact.low").expect("there is a list of contacts").len() > 50);
+        assert!(expected.u64("dem/contact.low").expect("there is a list of contacts").len() > 50);
         assert!(balls(&solo(periodic), rolling, false) == expected);
         for (ranks, threads) in [(1, 2), (2, 1), (4, 2)] {
             let found = run_ranks(ranks, threads, |c| balls(&domain(c, periodic), rolling, false)).expect("they fall");

@@ -7,6 +7,8 @@ use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{Communicator, Solo, run_ranks};
 
+use crate::support::{floor, snapshot_of};
+
 const G: Vector = Vector::new(0.0, 0.0, -9.81);
 /// Edge of the cubes \[m].
 const EDGE: Real = 0.01;
@@ -40,13 +42,9 @@ fn domain(communicator: Box<dyn Communicator>) -> Domain {
 }
 
 fn setup(restitution: Real) -> Setup {
-    Setup {
-        bodies: vec![cube()],
-        interactions: Interactions::uniform(1, law(restitution)),
-        walls: Wall::of_box(Vector::ZERO, Vector::new(0.08, 0.06, 0.1), 0, [[true; 2], [true; 2], [true; 2]]),
-        region: [Vector::ZERO, Vector::new(0.08, 0.06, 0.1)],
-        ghost_margin: 0.0,
-    }
+    let upper = Vector::new(0.08, 0.06, 0.1);
+    let walls = Wall::of_box(Vector::ZERO, upper, 0, [[true; 2]; 3]);
+    Setup { region: [Vector::ZERO, upper], ..crate::support::setup(vec![cube()], law(restitution), walls) }
 }
 
 fn grain(id: u64, place: Vector) -> Grain {
@@ -65,16 +63,16 @@ fn the_contacts_that_there_are_shorten_the_sub_step() {
         engine.advance(&domain, &Loads::none(), G, step, Substeps::Fixed(1)).expect("the case is sound");
         engine.present_time_step(&domain) / engine.contact_time_step()
     };
-    let [middle, floor] = [Vector::new(4.0, 3.0, 5.0), Vector::new(4.0, 3.0, 0.499)];
-    assert_eq!([pressed(&[middle]), pressed(&[floor])], [1.0; 2], "a face on a plane is foreseen");
+    let [middle, lowest] = [Vector::new(4.0, 3.0, 5.0), Vector::new(4.0, 3.0, 0.499)];
+    assert_eq!([pressed(&[middle]), pressed(&[lowest])], [1.0; 2], "a face on a plane is foreseen");
     // Between two others that move it has twice the contacts of a face, which count twice, with the dashpots of half the mass.
-    let tower = [floor, floor + 0.999 * Vector::Z, floor + 1.998 * Vector::Z];
+    let tower = [lowest, lowest + 0.999 * Vector::Z, lowest + 1.998 * Vector::Z];
     let found = pressed(&tower);
     assert!((found / (0.5 / (4.0 * 0.25 * 0.5_f64.sqrt())) - 1.0).abs() < 0.1, "{found}");
     // A few contacts at once are stable however they are.
     let ball = |place: Vector| Grain { shape: 1, ..grain(9, place) };
     let both = Setup { bodies: vec![cube(), Body::ball(0.5 * EDGE)], ..setup(0.2) };
-    let mut engine = Engine::new(&domain, both, &[ball(floor)]).expect("the case is sound");
+    let mut engine = Engine::new(&domain, both, &[ball(lowest)]).expect("the case is sound");
     let step = engine.contact_time_step();
     engine.advance(&domain, &Loads::none(), G, step, Substeps::Fixed(1)).expect("the case is sound");
     assert_eq!(engine.present_time_step(&domain), step);
@@ -96,9 +94,7 @@ fn run(domain: &Domain, engine: &mut Engine, steps: usize) -> (Snapshot, Vec<usi
             .substeps
     };
     let substeps = (0..steps).map(step).collect();
-    let mut snapshot = Snapshot::default();
-    engine.snapshot(domain, "dem/", &mut snapshot);
-    (snapshot, substeps)
+    (snapshot_of(domain, engine), substeps)
 }
 
 #[test]
@@ -169,7 +165,7 @@ fn work_of_loads_drag_and_moving_walls_is_not_that_of_contacts() {
     assert!(work.abs() < 1e-9 * gained.abs(), "{work} of {gained}");
     // A wall that comes up under a cube gives it its energy through the contacts, which lose some.
     let mut rising = setup(0.5);
-    rising.walls = vec![Wall::at_rest(Vector::ZERO, Vector::Z, 0)];
+    rising.walls = floor();
     let mut engine =
         Engine::new(&domain, rising, &[grain(1, Vector::new(3.0, 3.0, 0.501))]).expect("the case is sound");
     engine.set_wall_velocity(0, 0.2 * Vector::Z);

@@ -3,13 +3,12 @@
 use std::f64::consts::PI;
 
 use sazanami_dem::*;
-use sazanami_numerics::domain::Domain;
-use sazanami_numerics::grid::Grid;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::Solo;
 
 use crate::cloud::{bits_agree, fall};
+use crate::support::{domain, floor, snapshot_of};
 
 const RADIUS: Real = 1e-3;
 const SPEED: Real = 0.1;
@@ -31,17 +30,8 @@ fn film(stokes: Real) -> Film {
 
 fn setup(film: Option<Film>, walls: Vec<Wall>) -> Setup {
     let law = LinearSpringDashpot { damping: Damping::Restitution(DRY), ..LinearSpringDashpot::SAND };
-    Setup {
-        bodies: vec![Body::ball(RADIUS)],
-        interactions: Interactions::uniform(1, law).with_film(film),
-        walls,
-        region: [Vector::splat(-1e3), Vector::splat(1e3)],
-        ghost_margin: 0.0,
-    }
-}
-
-fn domain() -> Domain {
-    Domain::solo(Grid::new([4, 4, 4], Vector::splat(-1.0), Vector::splat(1.0)), [false; 3])
+    let interactions = Interactions::uniform(1, law).with_film(film);
+    Setup { interactions, ..crate::support::setup(vec![Body::ball(RADIUS)], law, walls) }
 }
 
 /// Rebound speed over impact speed of a ball that comes to a wall from beyond the film, back there.
@@ -53,8 +43,7 @@ fn rebound(film: Option<Film>) -> Real {
         velocity: Vector::new(0.0, 0.0, -SPEED),
         ..Grain::new(1, 1.0, Vector::new(0.0, 0.0, start))
     };
-    let floor = vec![Wall::at_rest(Vector::ZERO, Vector::Z, 0)];
-    let mut engine = Engine::new(&domain, setup(film, floor), &[grain]).expect("the case is sound");
+    let mut engine = Engine::new(&domain, setup(film, floor()), &[grain]).expect("the case is sound");
     for _ in 0..600 {
         engine.advance(&domain, &Loads::none(), Vector::ZERO, 1e-3, Substeps::Auto).expect("the case is sound");
         if engine.grains().position[0].z > start {
@@ -150,8 +139,7 @@ fn a_film_is_no_contact() {
         let report =
             engine.advance(&domain, &Loads::none(), Vector::ZERO, 1e-6, Substeps::Fixed(1)).expect("the case is sound");
         // Nor is it one to new lists, those after an interruption among them.
-        let mut snapshot = Snapshot::default();
-        engine.snapshot(&domain, "dem/", &mut snapshot);
+        let snapshot = snapshot_of(&domain, &mut engine);
         let again =
             Engine::restore(&domain, setup(Some(film(50.0)), vec![]), "dem/", &snapshot).expect("the case is sound");
         assert_eq!([0, 1].map(|n| engine.touched_grains(n)), [0, 1].map(|n| again.touched_grains(n)));

@@ -12,3 +12,4 @@ mod packing;
 mod periodic_heights;
 mod rolling;
 mod spheres;
+mod support;

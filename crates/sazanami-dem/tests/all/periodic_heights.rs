@@ -3,9 +3,10 @@
 use sazanami_dem::*;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
-use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{Communicator, Solo, run_ranks};
+
+use crate::support::snapshot_of;
 
 /// Edge of the box \[m].
 const EDGE: Real = 4e-3;
@@ -15,13 +16,8 @@ fn domain(communicator: Box<dyn Communicator>, periodic: [bool; 3]) -> Domain {
 }
 
 fn setup() -> Setup {
-    Setup {
-        bodies: vec![Body::ball(0.4e-3)],
-        interactions: Interactions::uniform(1, LinearSpringDashpot::SAND),
-        walls: Vec::new(),
-        region: [Vector::splat(-1.0), Vector::ONE],
-        ghost_margin: 1e-3,
-    }
+    let plain = crate::support::setup(vec![Body::ball(0.4e-3)], LinearSpringDashpot::SAND, vec![]);
+    Setup { ghost_margin: 1e-3, ..plain }
 }
 
 /// `vector` with its components moved on by `turns` directions.
@@ -44,12 +40,6 @@ fn grains(turns: usize) -> Vec<Grain> {
             }
         })
         .collect()
-}
-
-fn snapshot_of(domain: &Domain, engine: &mut Engine) -> Snapshot {
-    let mut snapshot = Snapshot::default();
-    engine.snapshot(domain, "dem/", &mut snapshot);
-    snapshot
 }
 
 fn run(domain: &Domain, engine: &mut Engine, steps: usize) {

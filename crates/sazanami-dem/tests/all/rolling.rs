@@ -1,32 +1,21 @@
 //! Friction and its memory on planes.
 
 use sazanami_dem::*;
-use sazanami_numerics::domain::Domain;
-use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
+
+use crate::support::{domain, floor, setup};
 
 const G: Real = 9.81;
 const RADIUS: Real = 0.01;
 const STIFFNESS: Real = 1e5;
-
-fn domain() -> Domain {
-    Domain::solo(Grid::new([4, 4, 4], Vector::splat(-10.0), Vector::splat(10.0)), [false; 3])
-}
 
 /// A body on the floor, pressed in as its weight under `gravity` would.
 fn on_floor(body: Body, law: LinearSpringDashpot, gravity: Vector, feet: Real, velocity: Vector) -> Engine {
     let mass = 2500.0 * body.volume;
     let lowest = body.centres.iter().zip(&body.radii).map(|(c, r)| c.z - r).fold(0.0, Real::min);
     let height = -lowest + mass * gravity.z / (law.normal_stiffness * feet);
-    let setup = Setup {
-        bodies: vec![body],
-        interactions: Interactions::uniform(1, law),
-        walls: vec![Wall::at_rest(Vector::ZERO, Vector::Z, 0)],
-        region: [Vector::splat(-100.0), Vector::splat(100.0)],
-        ghost_margin: 0.0,
-    };
     let grain = Grain { velocity, ..Grain::new(1, 2500.0, Vector::new(0.0, 0.0, height)) };
-    Engine::new(&domain(), setup, &[grain]).expect("the case is sound")
+    Engine::new(&domain(), setup(vec![body], law, floor()), &[grain]).expect("the case is sound")
 }
 
 fn law(friction: Real) -> LinearSpringDashpot {
@@ -116,13 +105,7 @@ fn a_moving_wall_carries_a_ball_along() {
 #[test]
 fn grains_on_a_prescribed_course_do_not_mind_others() {
     let domain = domain();
-    let setup = Setup {
-        bodies: vec![Body::ball(RADIUS), Body::prolate(RADIUS, 2.0 * RADIUS, 5)],
-        interactions: Interactions::uniform(1, law(0.3)),
-        walls: vec![],
-        region: [Vector::splat(-100.0), Vector::splat(100.0)],
-        ghost_margin: 0.0,
-    };
+    let setup = setup(vec![Body::ball(RADIUS), Body::prolate(RADIUS, 2.0 * RADIUS, 5)], law(0.3), vec![]);
     let spin = Vector::new(3.0, 1.0, -2.0);
     let grains = [
         Grain {

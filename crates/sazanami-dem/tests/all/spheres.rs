@@ -3,27 +3,18 @@
 use sazanami_dem::*;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
-use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
+
+use crate::support::{domain, setup, snapshot_of};
 
 const RADIUS: Real = 0.5e-3;
 const STIFFNESS: Real = 400.0;
 const GRAVITY: Vector = Vector::new(0.0, 0.0, -9.81);
 const LAW: LinearSpringDashpot = LinearSpringDashpot::spheres(STIFFNESS, 0.5, 0.4);
 
-fn domain() -> Domain {
-    Domain::solo(Grid::new([4, 4, 4], Vector::splat(-1.0), Vector::splat(1.0)), [false; 3])
-}
-
 fn engine(law: LinearSpringDashpot, floor: bool, grains: &[Grain]) -> Engine {
-    let setup = Setup {
-        bodies: vec![Body::ball(RADIUS)],
-        interactions: Interactions::uniform(1, law),
-        walls: if floor { vec![Wall::at_rest(Vector::ZERO, Vector::Z, 0)] } else { vec![] },
-        region: [Vector::splat(-1.0), Vector::ONE],
-        ghost_margin: 0.0,
-    };
-    Engine::new(&domain(), setup, grains).expect("the case is sound")
+    let walls = if floor { crate::support::floor() } else { vec![] };
+    Engine::new(&domain(), setup(vec![Body::ball(RADIUS)], law, walls), grains).expect("the case is sound")
 }
 
 fn with(e: Real) -> LinearSpringDashpot {
@@ -111,9 +102,8 @@ fn a_column_of_ten_carries_its_weight() {
 
 /// Tangential displacement of the only contact \[m].
 fn memory(engine: &mut Engine) -> Vec<Real> {
-    let mut snapshot = Snapshot::default();
-    engine.snapshot(&domain(), "", &mut snapshot);
-    snapshot.vectors("contact.displacement").expect("contacts are stored").iter().map(|d| d.length()).collect()
+    let snapshot = snapshot_of(&domain(), engine);
+    snapshot.vectors("dem/contact.displacement").expect("contacts are stored").iter().map(|d| d.length()).collect()
 }
 
 #[test]
@@ -166,13 +156,7 @@ fn unequal_balls_share_an_impact_by_their_masses() {
     // Sizes, densities and materials of their own, in one contact: momentum and restitution decide.
     let mut interactions = Interactions::uniform(2, with(1.0));
     interactions.set(0, 1, with(0.5));
-    let setup = Setup {
-        bodies: vec![Body::ball(RADIUS)],
-        interactions,
-        walls: vec![],
-        region: [Vector::splat(-1.0), Vector::ONE],
-        ghost_margin: 0.0,
-    };
+    let setup = Setup { interactions, ..setup(vec![Body::ball(RADIUS)], LAW, vec![]) };
     let small = Grain { velocity: 0.2 * Vector::X, ..Grain::new(1, 2650.0, Vector::ZERO) };
     let place = RADIUS * (2.5 + 1e-6) * Vector::X;
     let large = Grain { scale: 1.5, material: 1, ..Grain::new(2, 1400.0, place) };
@@ -190,13 +174,7 @@ fn unequal_balls_share_an_impact_by_their_masses() {
 fn a_contact_across_a_periodic_side_counts_once() {
     let edge = 10.0 * RADIUS;
     let domain = Domain::solo(Grid::new([4; 3], Vector::ZERO, Vector::splat(edge)), [true, true, false]);
-    let setup = Setup {
-        bodies: vec![Body::ball(RADIUS)],
-        interactions: Interactions::uniform(1, with(1.0)),
-        walls: vec![],
-        region: [Vector::splat(-1.0), Vector::ONE],
-        ghost_margin: 0.0,
-    };
+    let setup = setup(vec![Body::ball(RADIUS)], with(1.0), vec![]);
     let depth = 0.01 * RADIUS;
     let centre = Vector::splat(0.5 * edge);
     let low = Grain::new(1, 2650.0, centre.with_x(0.2 * RADIUS));

@@ -2,20 +2,21 @@
 
 use sazanami_mics::ball::ball;
 use sazanami_mics::boundary::Boundary;
-use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
+use sazanami_mics::flow::{DropVelocity, Flow, Schemes};
 use sazanami_numerics::Vector;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
 use sazanami_parallel::with_threads;
 use sazanami_test_support::allocations_of_thread;
 
+use crate::support::WATER_AND_AIR;
+
 #[test]
 fn a_step_allocates_nothing_after_the_first() {
-    let fluids = Fluids { liquid_density: 1e3, gas_density: 1.0, liquid_viscosity: 1e-3, gas_viscosity: 1e-5 };
     let allocations = with_threads(1, || {
         let domain = Domain::solo(Grid::new([20, 18, 16], Vector::ZERO, Vector::splat(4e-3)), [false; 3]);
         let boundary = Boundary::closed();
-        let mut flow = Flow::new(&domain, fluids, Schemes::default());
+        let mut flow = Flow::new(&domain, WATER_AND_AIR, Schemes::default());
         let beta = ball(&domain, Vector::splat(2e-3), 1e-3, 4);
         flow.add_liquid(&domain, &boundary, &beta, |_| Vector::new(0.0, 0.0, -9.0), DropVelocity::Mass);
         let mut step = || {

@@ -7,6 +7,7 @@ mod free_grains;
 mod projection;
 mod room;
 mod steady;
+mod support;
 mod surface_tension;
 mod transport;
 

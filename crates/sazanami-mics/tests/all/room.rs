@@ -2,7 +2,7 @@
 
 use sazanami_dem::{Body, Engine, Grain, Interactions, LinearSpringDashpot, Motion, Setup, Wall};
 use sazanami_mics::boundary::{Boundary, Side};
-use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
+use sazanami_mics::flow::{DropVelocity, Flow, Schemes};
 use sazanami_mics::grains::{Coupling, Exchange};
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::snapshot::GRAINS;
@@ -15,7 +15,8 @@ use sazanami_numerics::grid::Grid;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
 
-const FLUIDS: Fluids = Fluids { liquid_density: 1e3, gas_density: 1.0, liquid_viscosity: 1e-3, gas_viscosity: 1e-5 };
+use crate::support::WATER_AND_AIR;
+
 /// Width of a cell \[m].
 const WIDTH: Real = 1e-3;
 
@@ -52,7 +53,7 @@ impl Case {
         let boundary = Boundary::new([[Side::Slip; 2]; 3]).expect("the case is sound");
         let domain = Domain::solo(grid, boundary.periodic());
         let schemes = Schemes { viscosity: self.viscosity, ..Schemes::default() };
-        let mut flow = Flow::new(&domain, FLUIDS, schemes);
+        let mut flow = Flow::new(&domain, WATER_AND_AIR, schemes);
         let exact = RegionFractions::new(&self.liquid, domain.grid(), 8);
         let mut beta = domain.field(0.0);
         domain.set(&mut beta, |i, j, k| exact.fraction(i, j, k));

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use sazanami_dem::{Engine, Interactions, LinearSpringDashpot, Setup};
+use sazanami_dem::Engine;
 use sazanami_mics::boundary::{Boundary, Side};
 use sazanami_mics::flow::{Flow, Fluids, Schemes};
 use sazanami_mics::grains::Coupling;
@@ -13,6 +13,8 @@ use sazanami_mics::viscosity::ViscosityScheme;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
+
+use crate::support::no_grains;
 
 /// Cells between the plates, 1 m wide each, and the acceleration along them [m/s^2], so small that a step of 16 s is one pass. The
 /// kinematic viscosity is 1 m^2/s.
@@ -26,14 +28,7 @@ fn plates(limits: StepLimits, viscosity: ViscosityScheme, incremental: bool) -> 
     let domain = Domain::solo(grid, boundary.periodic());
     let fluids = Fluids { liquid_density: 2.0, gas_density: 2.0, liquid_viscosity: 2.0, gas_viscosity: 2.0 };
     let flow = Flow::new(&domain, fluids, Schemes { viscosity, ..Schemes::default() });
-    let setup = Setup {
-        bodies: Vec::new(),
-        interactions: Interactions::uniform(0, LinearSpringDashpot::SAND),
-        walls: Vec::new(),
-        region: [Vector::NEG_INFINITY, Vector::INFINITY],
-        ghost_margin: 0.0,
-    };
-    let engine = Engine::new(&domain, setup, &[]).expect("an engine without grains");
+    let engine = Engine::new(&domain, no_grains(), &[]).expect("an engine without grains");
     let tolerance = Tolerance { divergence: 1e-10, ..Tolerance::default() };
     let settings = GridSettings { gravity: Vector::new(ALONG, 0.0, -0.1), limits, tolerance, incremental };
     Solver::new(domain, boundary, settings, flow, engine, Arc::from([]), Coupling::default()).expect("fluid at rest")

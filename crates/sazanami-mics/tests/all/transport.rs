@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use sazanami_dem::{Engine, Interactions, LinearSpringDashpot, Setup};
+use sazanami_dem::Engine;
 use sazanami_mics::advection::Convection;
 use sazanami_mics::ball::ball;
 use sazanami_mics::boundary::{Boundary, FluidName, Side};
 use sazanami_mics::carrying::CarryingFlow;
-use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
+use sazanami_mics::flow::{DropVelocity, Flow, Schemes};
 use sazanami_mics::grains::Coupling;
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::solver::{GridSettings, Solver};
@@ -16,8 +16,7 @@ use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
-const WATER_AND_AIR: Fluids =
-    Fluids { liquid_density: 1e3, gas_density: 1.0, liquid_viscosity: 1e-3, gas_viscosity: 1e-5 };
+use crate::support::{WATER_AND_AIR, no_grains};
 
 /// A number between -1 and 1 that depends on the global edge and the seed only.
 fn noise(index: [isize; 3], n: [usize; 3], seed: u64) -> Real {
@@ -189,14 +188,7 @@ fn a_given_flow_carries_a_ball_and_brings_it_back() {
     let mut flow = Flow::new(&domain, WATER_AND_AIR, Schemes { convection: Convection::Off, ..Schemes::default() });
     flow.volume_fraction = ball(&domain, Vector::new(0.5, 0.0, 0.75), 0.15, 8);
     let start = flow.volume_fraction.clone();
-    let setup = Setup {
-        bodies: Vec::new(),
-        interactions: Interactions::uniform(0, LinearSpringDashpot::SAND),
-        walls: Vec::new(),
-        region: [Vector::NEG_INFINITY, Vector::INFINITY],
-        ghost_margin: 0.0,
-    };
-    let engine = Engine::new(&domain, setup, &[]).expect("an engine without grains");
+    let engine = Engine::new(&domain, no_grains(), &[]).expect("an engine without grains");
     let coupling = Coupling::default();
     let (gravity, limits, tolerance) = (Vector::ZERO, StepLimits::up_to(1.0), Tolerance::default());
     let settings = GridSettings { gravity, limits, tolerance, incremental: false };

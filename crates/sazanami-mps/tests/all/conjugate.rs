@@ -196,12 +196,7 @@ fn water_and_grains_move_alike_in_every_frame() {
 fn small_radii_and_boxes_are_refused() {
     let mut case = Case::filled([10, 8, 14], [10, 8, 10], [WALLS, PERIODIC, OPEN_TOP]);
     case.scheme = Scheme::conjugate(2.5);
-    let solver = |case: &Case| {
-        let domain = case.domain(Box::<Solo>::default());
-        let engine = Engine::new(&domain, case.setup(), &case.grains).expect("sound grains");
-        let grains = OverlappingGrains::new(&domain, engine, case.coupling());
-        Solver::new(domain, case.settings(), case.tank(), &case.fluid, grains)
-    };
+    let solver = |case: &Case| case.tried_on(Box::<Solo>::default());
     assert!(matches!(solver(&case), Err(SetupError::ConjugateRadius { .. })));
     case.scheme.radius = 3.1;
     assert!(solver(&case).is_ok());

@@ -5,7 +5,6 @@ use crate::support::{Case, GRAVITY, OPEN_TOP, PERIODIC, SPACING, WALLS, jittered
 use sazanami_dem::Grain;
 use sazanami_mps::boundary::WallFriction;
 use sazanami_mps::gates::Gate;
-use sazanami_mps::grains::OverlappingGrains;
 use sazanami_mps::scheme::Scheme;
 use sazanami_mps::solver::{FluidParticle, SetupError, Solver};
 use sazanami_numerics::{Real, Vector};
@@ -18,10 +17,7 @@ fn gate(direction: usize, place: usize, opens: Real, speed: Option<Real>) -> Gat
 
 /// A column 10 wide and high in a tank of a length.
 fn column(length: usize, gates: Vec<Gate>) -> Case {
-    let mut case = Case::filled([length, 8, 16], [10, 8, 10], [WALLS, PERIODIC, OPEN_TOP]);
-    case.scheme = Scheme::default();
-    case.gates = gates;
-    case
+    Case { gates, ..Case::filled([length, 8, 16], [10, 8, 10], [WALLS, PERIODIC, OPEN_TOP]) }
 }
 
 fn fluid(solver: &Solver) -> Vec<(u64, Vector, Vector, Real)> {
@@ -115,7 +111,6 @@ fn erfc(x: Real) -> Real {
 fn dragged(friction: WallFriction) -> Vec<[Real; 2]> {
     let (half, speed, steps, dt) = (20, 0.05, 100, 1e-4);
     let mut case = Case::filled([2 * half, 6, 6], [2 * half, 6, 6], [WALLS, PERIODIC, PERIODIC]);
-    case.scheme = column(24, Vec::new()).scheme;
     (case.friction, case.viscosity) = (friction, 1e-3);
     case.gates = vec![Gate::closed(0, half as Real * SPACING, [-1.0, 1.0], 0.0, Some(speed))];
     let mut solver = case.solo();
@@ -255,11 +250,7 @@ fn drag_does_not_reach_through_a_gate() {
 
 #[test]
 fn gates_that_do_not_fit_are_refused() {
-    let tried = |case: &Case| {
-        let domain = case.domain(Box::<Solo>::default());
-        let grains = OverlappingGrains::none(&domain).expect("no grains");
-        Solver::new(domain, case.settings(), case.tank(), &case.fluid, grains).err()
-    };
+    let tried = |case: &Case| case.tried_on(Box::<Solo>::default()).err();
     let at = |gates: &[(usize, usize)]| {
         let gates = gates.iter().map(|&(direction, place)| gate(direction, place, 0.0, None)).collect();
         Case { sides: [WALLS, WALLS, OPEN_TOP], size: [24, 16, 16], ..column(24, gates) }

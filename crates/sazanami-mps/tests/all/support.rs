@@ -6,7 +6,7 @@ use sazanami_mps::gates::Gate;
 use sazanami_mps::grains::{AddedMass, DragIntegration, DragParameters, Lift, OverlapSettings, OverlappingGrains};
 use sazanami_mps::pressure::Tolerance;
 use sazanami_mps::scheme::{Fluid, Scheme};
-use sazanami_mps::solver::{FluidParticle, Forcing, ParticleSettings, Solver};
+use sazanami_mps::solver::{FluidParticle, Forcing, ParticleSettings, SetupError, Solver};
 use sazanami_mps::stability::StepLimits;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
@@ -123,8 +123,8 @@ impl Case {
         }
     }
 
-    /// The solver on a rank.
-    pub fn on(&self, communicator: Box<dyn Communicator>) -> Solver {
+    /// The solver on a rank, if there can be one.
+    pub fn tried_on(&self, communicator: Box<dyn Communicator>) -> Result<Solver, SetupError> {
         let domain = self.domain(communicator);
         let grains = if self.grains.is_empty() {
             OverlappingGrains::none(&domain).expect("no grains")
@@ -132,7 +132,12 @@ impl Case {
             let engine = Engine::new(&domain, self.setup(), &self.grains).expect("sound grains");
             OverlappingGrains::new(&domain, engine, self.coupling())
         };
-        Solver::new(domain, self.settings(), self.tank(), &self.fluid, grains).expect("a sound tank")
+        Solver::new(domain, self.settings(), self.tank(), &self.fluid, grains)
+    }
+
+    /// The solver on a rank.
+    pub fn on(&self, communicator: Box<dyn Communicator>) -> Solver {
+        self.tried_on(communicator).expect("a sound tank")
     }
 
     /// The solver on one rank.

@@ -37,12 +37,6 @@ impl LiquidBudget {
         self.now = now;
     }
 
-    /// Volumes now.
-    #[must_use]
-    pub fn now(&self) -> &LiquidVolume {
-        &self.now
-    }
-
     /// Change of the transported volume that open sides do not explain, relative to the volume at the
     /// start (or the inflow, if that is more); clipping is included.
     #[must_use]

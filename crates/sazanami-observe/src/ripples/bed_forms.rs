@@ -236,7 +236,7 @@ fn ripples(
 }
 
 /// Highest less lowest value.
-fn extent(values: &[Real]) -> Real {
+pub(super) fn extent(values: &[Real]) -> Real {
     let [low, high] = values.iter().fold([Real::MAX, Real::MIN], |[low, high], &v| [low.min(v), high.max(v)]);
     high - low
 }
@@ -273,6 +273,7 @@ fn crests(values: &[Real], least: Real) -> Vec<(usize, Real)> {
 mod tests {
     use std::f64::consts::TAU;
 
+    use super::super::made_up::profile;
     use super::*;
 
     const D: Real = 1e-3;
@@ -282,11 +283,6 @@ mod tests {
     /// As under the wave of a tank of 150 mm: an orbital amplitude of 20 mm, grains move over 60 mm in the middle.
     fn settings() -> BedFormSettings {
         BedFormSettings::under(D, 20e-3, vec![[-30e-3, 30e-3]])
-    }
-
-    fn profile(height: impl Fn(Real) -> Real) -> SurfaceProfile {
-        let x = |n: u32| -0.07475 + 0.5e-3 * f64::from(n);
-        SurfaceProfile::complete(x(0), 0.5e-3, (0..300).map(|n| height(x(n))))
     }
 
     /// A mound 3.6 mm high with two troughs scoured 43 mm from its middle.

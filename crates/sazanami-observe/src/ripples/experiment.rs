@@ -2,6 +2,7 @@
 
 use sazanami_numerics::Real;
 
+use super::bed_forms::extent;
 use super::{BedFormSettings, BedForms, CrestedRipples, Reach, Sides, SurfaceProfile, Unmeasured};
 
 /// Distance of the places at which two profiles are compared \[m].
@@ -134,10 +135,6 @@ fn compare(pair: &Pair, shift_x: Real, limits: [Real; 2]) -> ProfileMatch {
     };
     let (own, other) = (about(run, run_mean, run, run_mean), about(measured, measured_mean, measured, measured_mean));
     let squares: Real = run.iter().zip(measured).map(|(a, b)| (a - b - shift_z).powi(2)).sum();
-    let extent = |values: &[Real]| {
-        let highest = values.iter().copied().fold(Real::NEG_INFINITY, Real::max);
-        highest - values.iter().copied().fold(Real::INFINITY, Real::min)
-    };
     // Differences of equal heights are not always zero to the bit.
     let level = 1e-18 * count;
     let is_level = own <= level || other <= level;
@@ -222,14 +219,11 @@ fn agreement(found: &[Real], measured: &[Real], reach: Real) -> Option<Real> {
 mod tests {
     use std::f64::consts::TAU;
 
+    use super::super::made_up::profile;
     use super::*;
 
     const HEIGHT: fn(&CrestedRipples) -> Real = |ripples| ripples.height;
     const LENGTH: fn(&CrestedRipples) -> Real = |ripples| ripples.wavelength;
-
-    fn profile(height: impl Fn(Real) -> Real) -> SurfaceProfile {
-        SurfaceProfile::complete(-0.07475, 0.5e-3, (0..300).map(|n| height(-0.07475 + 0.5e-3 * f64::from(n))))
-    }
 
     /// Ripples that are not the same a wavelength on.
     fn ripples(x: Real, height: Real) -> Real {

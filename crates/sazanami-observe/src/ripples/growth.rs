@@ -5,15 +5,13 @@ use sazanami_numerics::Real;
 use super::Unmeasured;
 use crate::fit::line;
 
-/// Exponential growth, `height = scale exp(rate t)`, fitted by least squares in the logarithm of the height.
+/// Exponential growth, `height ~ exp(rate t)`, fitted by least squares in the logarithm of the height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Growth {
     /// Rate [1/s], negative where ripples decay.
     pub rate: Real,
     /// Standard error of the rate from the scatter about the law [1/s].
     pub standard_error: Real,
-    /// Height of the law at time zero \[m].
-    pub scale: Real,
     /// Number of heights used.
     pub points: usize,
 }
@@ -28,13 +26,7 @@ impl Growth {
         let too_few = Unmeasured::TooFewValues { found: logs.len().min(2), needed: 3 };
         let line = line(&logs).ok_or(too_few)?;
         let standard_error = line.standard_error.ok_or(too_few)?;
-        Ok(Self { rate: line.slope, standard_error, scale: line.intercept.exp(), points: line.points })
-    }
-
-    /// Height of the law at `time` \[s], in m.
-    #[must_use]
-    pub fn at(&self, time: Real) -> Real {
-        self.scale * (self.rate * time).exp()
+        Ok(Self { rate: line.slope, standard_error, points: line.points })
     }
 }
 
@@ -47,7 +39,6 @@ mod tests {
         let series: Vec<_> = (0..20).map(|n| 0.1 * f64::from(n)).map(|t| (t, 0.2e-3 * (0.7 * t).exp())).collect();
         let growth = Growth::of(&series).expect("it grows");
         assert!((growth.rate - 0.7).abs() < 1e-12 && growth.standard_error < 1e-12 && growth.points == 20);
-        assert!((growth.at(1.0) - 0.2e-3 * 0.7_f64.exp()).abs() < 1e-15);
         let steady = Growth::of(&[(0.0, 1e-3), (1.0, 1.1e-3), (2.0, 0.9e-3), (3.0, 1e-3)]).expect("heights");
         assert!(steady.rate.abs() < 2.0 * steady.standard_error, "no growth in scatter: {steady:?}");
         assert!(Growth::of(&[(0.0, 1e-3), (1.0, 2e-3), (2.0, 0.0)]).is_err());

@@ -262,6 +262,12 @@ pub(crate) mod made_up {
         }
     }
 
+    /// A profile of 150 mm about the origin of x1.
+    pub fn profile(height: impl Fn(Real) -> Real) -> SurfaceProfile {
+        let x = |n: u32| -0.07475 + 0.5e-3 * f64::from(n);
+        SurfaceProfile::complete(x(0), 0.5e-3, (0..300).map(|n| height(x(n))))
+    }
+
     /// A tank of 60 x 8 mm about the origin of x1.
     pub fn tank(sides: Sides) -> TankInside {
         TankInside { x: [-0.03, 0.03], y: [0.0, 0.008], floor: 0.0, lid: None, ends: Sides::Walls, sides }

@@ -107,15 +107,11 @@ pub(crate) struct Totals {
     pub fluid_passes: u64,
     /// Contact sub-steps of the grains.
     pub grain_substeps: u64,
-    /// Iterations of the pressure solver.
-    pub pressure_iterations: u64,
     /// Largest values met.
     pub worst: Worst,
     /// Cells and contacts that had to be corrected.
     #[serde(alias = "tidied")]
     pub corrections: Corrections,
-    /// Liquid through open sides [m^3].
-    pub liquid_through: Real,
     /// Contacts in the last step: pairs, touching spheres.
     pub contacts: [usize; 2],
     /// Totals of moving particles, where there are any.
@@ -177,7 +173,6 @@ impl Totals {
         self.grain_substeps += contacts.substeps as u64;
         self.corrections.contact_work += contacts.contact_work.unwrap_or(0.0);
         self.contacts = [contacts.pairs, contacts.contacts];
-        self.pressure_iterations += pressure_iterations as u64;
         self.worst.pressure_iterations = self.worst.pressure_iterations.max(pressure_iterations);
     }
 
@@ -201,6 +196,5 @@ impl Totals {
         corrections.clipped_volume += residue.clipped_volume;
         corrections.handed_on_volume += settled.moved_volume;
         corrections.out_of_range_cells += residue.out_of_range_cells;
-        self.liquid_through += report.transport.volume_through.iter().flatten().sum::<Real>();
     }
 }

@@ -10,15 +10,16 @@ use sazanami_io::vtk::{ImageFile, PointFile, PvdSeries, write_image, write_point
 use sazanami_numerics::Real;
 
 use super::drawing::Drawing;
-use super::grain_files::{GrainStates, OwnArray, write_glyph};
+use super::grain_files::{GrainStates, write_glyph};
 use crate::case::meaning::FieldPrecision;
 use crate::clock::Clock;
 use crate::columns::SeriesParts;
-use crate::job::{Job, RankError, RecordError, RunState, Workers};
+use crate::job::{Job, RecordError, RunState, Workers};
 use crate::machine::Machine;
 use crate::results::{
     CASE, CHECKPOINTS, FIELD_SERIES, FIELDS, FIGURES, GRAIN_SERIES, GRAINS, MESH_SERIES, PROBES, SERIES,
 };
+use crate::state::Array;
 use sazanami_numerics::choice::Choice;
 use sazanami_posing::assembly::fluid::surface_tension_coefficient;
 
@@ -64,11 +65,7 @@ impl Files {
     /// Opens the files of a run anew, or where it left them.
     ///
     /// `columns` are those of the series of such parts.
-    pub fn open(job: &Job, columns: fn(SeriesParts) -> Vec<Column>, resumed_at: Left) -> Result<Self, RankError> {
-        Self::open_files(job, columns, resumed_at).map_err(RankError::from)
-    }
-
-    fn open_files(job: &Job, columns: fn(SeriesParts) -> Vec<Column>, resumed_at: Left) -> Result<Self, RecordError> {
+    pub fn open(job: &Job, columns: fn(SeriesParts) -> Vec<Column>, resumed_at: Left) -> Result<Self, RecordError> {
         let (case, folder) = (job.case, job.folder.clone());
         let series = folder.join(SERIES);
         // Earlier versions wrote the columns of a crater, empty, where there was none to evaluate.
@@ -155,13 +152,7 @@ impl Files {
     }
 
     /// Writes the grains for ParaView in the form that the case asks for.
-    pub fn grains(
-        &mut self,
-        job: &Job,
-        clock: &Clock,
-        grains: &GrainStates,
-        own: &[OwnArray],
-    ) -> Result<(), RecordError> {
+    pub fn grains(&mut self, job: &Job, clock: &Clock, grains: &GrainStates, own: &[Array]) -> Result<(), RecordError> {
         if grains.is_empty() {
             return Ok(());
         }

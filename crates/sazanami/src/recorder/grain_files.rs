@@ -52,8 +52,22 @@ pub(crate) fn in_tank(domain: &Domain, mut place: Vector, shift: Vector) -> Vect
     place
 }
 
-/// An array that only one of the solvers has, with its values in the order of identifiers.
-pub(crate) type OwnArray<'a> = (GrainArray, DataArray<'a>);
+/// Arrays of a state beside the positions; what follows from these is left out.
+const OF_STATE: [GrainArray; 13] = [
+    GrainArray::Id,
+    GrainArray::Orientation,
+    GrainArray::Velocity,
+    GrainArray::AngularVelocity,
+    GrainArray::ContactForce,
+    GrainArray::ContactTorque,
+    GrainArray::Population,
+    GrainArray::Material,
+    GrainArray::TouchedGrains,
+    GrainArray::Diameter,
+    GrainArray::Scale,
+    GrainArray::Mass,
+    GrainArray::TimeSinceContact,
+];
 
 /// The grains of all ranks on rank 0, in the order of their identifiers; none on other ranks.
 pub(crate) struct GrainStates {
@@ -92,9 +106,10 @@ impl GrainStates {
         self.records.is_empty()
     }
 
-    /// Writes a point for each grain, with the arrays that the case asks for.
-    pub fn write_points(&self, case: &Case, own: &[OwnArray], clock: &Clock, path: &Path) -> Result<(), RecordError> {
-        let arrays = self.arrays(case, own, true);
+    /// Writes a point for each grain, with the arrays that the case asks for; `own` are those that only its solver has.
+    pub fn write_points(&self, case: &Case, own: &[Array], clock: &Clock, path: &Path) -> Result<(), RecordError> {
+        let asked = self.asked(case, own, true);
+        let arrays: Vec<DataArray> = asked.iter().map(Array::rounded).collect();
         let places: Vec<Vector> = self.records.iter().map(|record| record.position.into()).collect();
         let (time, frame) = (Some(clock.time()), Some(case.output.frame.word()));
         let file = PointFile { places: &places, time, arrays: &arrays, scalars: coloured(&arrays), frame };
@@ -105,12 +120,13 @@ impl GrainStates {
     pub fn write_meshes(
         &self,
         case: &Case,
-        own: &[OwnArray],
+        own: &[Array],
         shapes: &[Shape],
         clock: &Clock,
         path: &Path,
     ) -> Result<(), RecordError> {
-        let arrays = self.arrays(case, own, false);
+        let asked = self.asked(case, own, false);
+        let arrays: Vec<DataArray> = asked.iter().map(Array::rounded).collect();
         let pose = |record: &Record| BodyPose {
             surface: record.population,
             scale: record.scale,
@@ -127,52 +143,27 @@ impl GrainStates {
 
     /// Everything that both solvers know of grains, by the names of their files.
     pub fn arrays_of_state(&self) -> Vec<Array> {
-        let real =
-            |array: GrainArray, of: fn(&Record) -> Real| Array::reals(array.word(), 1, self.records.iter().map(of));
-        let vector = |array: GrainArray, of: fn(&Record) -> [Real; 3]| {
-            Array::reals(array.word(), 3, self.records.iter().flat_map(of))
-        };
-        let whole = |array: GrainArray, of: fn(&Record) -> u32| Array::whole(array.word(), self.records.iter().map(of));
-        vec![
-            Array::long(GrainArray::Id.word(), self.records.iter().map(|r| r.id)),
-            Array::reals("position", 3, self.records.iter().flat_map(|r| r.position)),
-            Array::reals(GrainArray::Orientation.word(), 4, self.records.iter().flat_map(|r| w_first(r.orientation))),
-            vector(GrainArray::Velocity, |r| r.velocity),
-            vector(GrainArray::AngularVelocity, |r| r.angular_velocity),
-            vector(GrainArray::ContactForce, |r| r.contact_force),
-            vector(GrainArray::ContactTorque, |r| r.contact_torque),
-            whole(GrainArray::Population, |r| r.population),
-            whole(GrainArray::Material, |r| r.material),
-            whole(GrainArray::TouchedGrains, |r| r.touched_grains as u32),
-            real(GrainArray::Diameter, |r| r.diameter),
-            real(GrainArray::Scale, |r| r.scale),
-            real(GrainArray::Mass, |r| r.mass),
-            real(GrainArray::TimeSinceContact, |r| r.time_since_contact),
-        ]
-    }
-
-    /// The arrays that the case asks for. What turns and scales glyphs is for points alone.
-    fn arrays<'a>(&'a self, case: &Case, own: &[OwnArray<'a>], points: bool) -> Vec<DataArray<'a>> {
-        let mut arrays: Vec<DataArray> = Vec::new();
-        for &array in &case.output.grain_arrays.0 {
-            let is_own = own.iter().find(|(name, _)| *name == array);
-            match is_own {
-                Some((_, values)) => arrays.push(values.clone()),
-                None if array == GrainArray::Orientation && !points => {}
-                None => arrays.extend(self.array(array)),
-            }
-        }
+        let mut arrays: Vec<Array> = OF_STATE.into_iter().filter_map(|array| self.array(array)).collect();
+        // Behind the identifiers.
+        arrays.insert(1, Array::reals("position", 3, self.records.iter().flat_map(|record| record.position)));
         arrays
     }
 
+    /// The arrays that the case asks for. What turns and scales glyphs is for points alone.
+    fn asked(&self, case: &Case, own: &[Array], points: bool) -> Vec<Array> {
+        let asked = case.output.grain_arrays.0.iter().filter(|array| points || **array != GrainArray::Orientation);
+        let is_own = |array: GrainArray| own.iter().find(|own| own.name == array.word()).cloned();
+        asked.filter_map(|&array| is_own(array).or_else(|| self.array(array))).collect()
+    }
+
     /// An array that both solvers have.
-    fn array(&self, array: GrainArray) -> Option<DataArray<'static>> {
+    fn array(&self, array: GrainArray) -> Option<Array> {
         let name = array.word();
-        let whole = |of: fn(&Record) -> u32| Some(DataArray::whole(name, self.records.iter().map(of)));
-        let real = |of: fn(&Record) -> Real| Some(DataArray::rounded(name, 1, self.records.iter().map(of)));
-        let vector = |of: fn(&Record) -> [Real; 3]| Some(DataArray::rounded(name, 3, self.records.iter().flat_map(of)));
+        let whole = |of: fn(&Record) -> u32| Some(Array::whole(name, self.records.iter().map(of)));
+        let real = |of: fn(&Record) -> Real| Some(Array::reals(name, 1, self.records.iter().map(of)));
+        let vector = |of: fn(&Record) -> [Real; 3]| Some(Array::reals(name, 3, self.records.iter().flat_map(of)));
         match array {
-            GrainArray::Id => Some(DataArray::long(name, self.records.iter().map(|record| record.id))),
+            GrainArray::Id => Some(Array::long(name, self.records.iter().map(|record| record.id))),
             GrainArray::Population => whole(|r| r.population),
             GrainArray::Material => whole(|r| r.material),
             GrainArray::TouchedGrains => whole(|r| r.touched_grains as u32),
@@ -188,7 +179,7 @@ impl GrainStates {
             GrainArray::ContactTorque => vector(|r| r.contact_torque),
             // Glyphs of VTK take w, x, y, z.
             GrainArray::Orientation => {
-                Some(DataArray::rounded(name, 4, self.records.iter().flat_map(|r| w_first(r.orientation))))
+                Some(Array::reals(name, 4, self.records.iter().flat_map(|r| w_first(r.orientation))))
             }
             GrainArray::Drag
             | GrainArray::PressureForce

@@ -367,7 +367,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
             let frame = self.observer.written_frame(self.job, clock);
             let states = GrainStates::gather(water.domain(), water.engine(), self.observer.tank_place(clock), frame);
             if let Some(files) = &mut self.files {
-                let own = self.observer.grain_arrays();
+                let own = self.observer.grain_state();
                 outcome = outcome.and_then(|()| files.grains(self.job, clock, &states, &own));
             }
         }

@@ -7,7 +7,6 @@ use serde_json::{Map, Value};
 
 use super::bed::GatheredGrains;
 use super::files::Files;
-use super::grain_files::OwnArray;
 use crate::case::meaning::{Case, OutputFrame, ProbePlace};
 use crate::clock::Clock;
 use crate::columns::Quantity;
@@ -84,9 +83,9 @@ pub(crate) trait Observer: Sized + 'static {
     /// Columns of the series, after those that every series begins with.
     const SERIES: &'static [SeriesCell<Self>];
     /// Columns that follow where a crater is evaluated.
-    const SERIES_OF_CRATER: &'static [SeriesCell<Self>];
+    const SERIES_OF_CRATER: &'static [SeriesCell<Self>] = &[];
     /// Columns that follow where the interface has surface tension.
-    const SERIES_OF_INTERFACE: &'static [SeriesCell<Self>];
+    const SERIES_OF_INTERFACE: &'static [SeriesCell<Self>] = &[];
 
     /// An observer that has measured nothing yet.
     fn new(job: &Job) -> Self;
@@ -132,15 +131,11 @@ pub(crate) trait Observer: Sized + 'static {
         job.case.to_written_frame(clock.time()).map(|tank| Vector::ZERO - tank)
     }
 
-    /// Values of the grains that only this solver has, as measured last, in the order of their identifiers.
-    fn grain_arrays(&self) -> Vec<OwnArray<'_>> {
-        Vec::new()
-    }
-
     /// The water as arrays at the time of `clock`, on rank 0. Collective.
     fn water_state(&mut self, job: &Job, clock: &Clock, water: &mut Self::Water) -> Option<WaterState>;
 
-    /// Values of the grains that only this solver has, after [`Self::water_state`], in the order of their identifiers.
+    /// Values of the grains that only this solver has, as measured last or after [`Self::water_state`], in the order of
+    /// their identifiers.
     fn grain_state(&self) -> Vec<Array> {
         Vec::new()
     }

@@ -10,7 +10,7 @@ use sazanami_numerics::Real;
 use sazanami_numerics::snapshot::Snapshot;
 use serde_json::Value;
 
-use crate::support::{Listener, On, Scratch, Table, checkpoints, go_on, load, newest, start, summary};
+use crate::support::{Listener, On, Scratch, Sketcher, Table, checkpoints, go_on, newest, owned, ran, start, summary};
 
 /// A shallow bed of beads that a drop falls on; some are thrown up.
 const BEADS: &str = include_str!("../cases/analysis-beads.toml");
@@ -20,16 +20,14 @@ const STEPS: u64 = 40;
 /// Runs the beads in a folder of `scratch`.
 fn beads(scratch: &Scratch, name: &str, overrides: &[&str], ranks: usize) -> PathBuf {
     let folder = scratch.join(name);
-    let loaded = load(BEADS, overrides);
-    start(&loaded, &folder, On::ranks(ranks, 1).steps(STEPS)).unwrap_or_else(|error| panic!("{error}"));
+    ran(BEADS, overrides, &folder, On::ranks(ranks, 1).steps(STEPS));
     folder
 }
 
 /// Analyses a folder; returns the table, and what was said.
 fn analysed(folder: &Path, overrides: &[&str]) -> (Result<Vec<String>, CommandError>, Vec<String>) {
-    let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
     let mut listener = Listener::default();
-    let outcome = analyse(&[folder.to_owned()], &overrides, None, Some(&crate::support::Sketcher), &mut listener);
+    let outcome = analyse(&[folder.to_owned()], &owned(overrides), None, Some(&Sketcher), &mut listener);
     (outcome, listener.messages)
 }
 
@@ -199,13 +197,8 @@ fn only_the_evaluation_can_be_changed() {
     assert!(refused(&["erosion.dt=0.4 mm"]).contains("unknown key `dt`"));
     assert!(refused(&["erosion.dr=0.4 s"]).contains("wrong unit"));
     assert!(refused(&["erosion.dr"]).contains("needs an equals sign"));
-    let both = analyse(
-        &[folder.clone(), folder.clone()],
-        &["erosion.dr=0.4 mm".to_owned()],
-        None,
-        Some(&crate::support::Sketcher),
-        &mut Listener::default(),
-    );
+    let twice = [folder.clone(), folder.clone()];
+    let both = analyse(&twice, &owned(&["erosion.dr=0.4 mm"]), None, Some(&Sketcher), &mut Listener::default());
     let both = both.unwrap_err();
     assert_eq!(both.exit_code(), exit::WRONG_INPUT);
     assert!(both.to_string().contains("2 folders are given"), "{both}");
@@ -247,7 +240,7 @@ fn a_checkpoint_without_the_bed_before_the_impact_goes_on_and_is_found_again() {
     let (resumed, _) = go_on(&folder, On::threads(1).steps(2));
     assert_eq!(resumed.unwrap().status, Status::Stopped);
     let whole = scratch.join("whole");
-    start(&load(BEADS, &[]), &whole, On::threads(1).steps(STEPS + 2)).unwrap();
+    ran(BEADS, &[], &whole, On::threads(1).steps(STEPS + 2));
     assert_ne!(summary(&folder)["state_hash"], before["state_hash"]);
     for part in ["state_hash", "observables"] {
         assert_eq!(summary(&folder)[part], summary(&whole)[part], "{part}");

@@ -2,14 +2,11 @@
 
 use std::f64::consts::PI;
 
-use crate::support::{Left, On, Scratch, load, start};
+use crate::support::{Left, On, Scratch, ran};
 use sazanami_numerics::Real;
 
 fn run(name: &str, text: &str, overrides: &[&str]) -> Left {
-    let scratch = Scratch::new(&format!("bodies-{name}"));
-    let folder = scratch.join("run");
-    start(&load(text, overrides), &folder, On::threads(1)).unwrap_or_else(|error| panic!("{name}: {error}"));
-    Left::in_folder(&folder)
+    ran(text, overrides, &Scratch::new(&format!("bodies-{name}")).join("run"), On::threads(1))
 }
 
 /// Distance of the centres of block and plate: they all but touch \[m].
@@ -57,10 +54,6 @@ until = "0.1 s"
 const FULL: &str =
     "[[liquid]]\nregion.half_space = { point = [\"0 m\", \"0 m\", \"9 m\"] }\nallow_touching_grains = true";
 
-fn last(left: &Left, column: &str) -> Real {
-    *left.column(column).last().expect("there are rows")
-}
-
 #[test]
 fn a_block_slides_along_a_plate_that_it_touches() {
     // Nothing but the fluid between them holds it: g/2 for 0.1 s in gas.
@@ -68,14 +61,14 @@ fn a_block_slides_along_a_plate_that_it_touches() {
     for angle in [30.0, 17.0] {
         let name = format!("gas-{angle}");
         let left = run(&name, &block_on_plate(angle, ""), &[]);
-        let speed = last(&left, "largest_grain_speed");
+        let speed = left.last("largest_grain_speed");
         assert!((speed / free - 1.0).abs() < 5e-3, "{name}: {speed} for {free}");
         let residual = left.summary["conservation"]["momentum_residual_relative"].as_f64();
         assert!(residual.is_some_and(|residual| residual < 1e-8), "{name}: {residual:?}");
     }
     // In liquid it displaces what it leaves: slower, and the same however the plate lies in the grid.
     let in_liquid =
-        |angle: Real| last(&run(&format!("liquid-{angle}"), &block_on_plate(angle, FULL), &[]), "largest_grain_speed");
+        |angle: Real| run(&format!("liquid-{angle}"), &block_on_plate(angle, FULL), &[]).last("largest_grain_speed");
     let [level, inclined] = [0.0, 30.0].map(in_liquid);
     assert!((inclined / level - 1.0).abs() < 0.05, "{inclined} for {level}");
     // Negative control: the liquid is felt.
@@ -101,11 +94,11 @@ fn a_block_slides_into_water_without_gaining_energy() {
         assert!(speed < 8.0, "{} s: {speed} m/s", time[n]);
     }
     let wet = fluid.last().is_some_and(|energy| *energy > 0.05);
-    assert!(wet && last(&left, "largest_grain_speed") > 0.8, "it reaches the water");
-    assert!(last(&left, "wet_liquid_volume_relative_change").abs() < 1e-7);
-    assert!(last(&left, "momentum_residual_relative") < 1e-8);
+    assert!(wet && left.last("largest_grain_speed") > 0.8, "it reaches the water");
+    assert!(left.last("wet_liquid_volume_relative_change").abs() < 1e-7);
+    assert!(left.last("momentum_residual_relative") < 1e-8);
     // Negative control: without what the beach takes of the block it would not close.
-    assert!(last(&left, "impulse_held_grains_3").abs() > 0.02 * last(&left, "impulse_gravity_3").abs());
+    assert!(left.last("impulse_held_grains_3").abs() > 0.02 * left.last("impulse_gravity_3").abs());
 }
 
 /// A sphere of 6 cells that spins in liquid, every step on record.
@@ -160,7 +153,7 @@ fn a_body_passes_the_surface_of_liquid() {
     let out = "grains.0.placement.list=[{ position = [\"11.25 mm\", \"11.25 mm\", \"14 mm\"], velocity = [\"0 m/s\", \"0 m/s\", \"1 m/s\"] }]";
     let run_with = |name: &str, overrides: &[&str]| {
         let left = run(&format!("surface-{name}"), AT_SURFACE, overrides);
-        (last(&left, "momentum_residual_relative"), last(&left, "wet_liquid_volume_relative_change").abs())
+        (left.last("momentum_residual_relative"), left.last("wet_liquid_volume_relative_change").abs())
     };
     let held = "grains.0.motion=prescribed";
     for (name, overrides) in [("dropped", &[][..]), ("lowered", &[held]), ("pulled", &[held, out])] {

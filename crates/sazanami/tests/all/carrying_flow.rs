@@ -1,6 +1,8 @@
 //! Case files pose the advection tests of the interface: a flow that is given carries the liquid there and back.
 
-use crate::support::{Left, On, Scratch, go_on, load, start};
+use std::path::Path;
+
+use crate::support::{Left, On, Scratch, go_on, ran, refusal};
 use sazanami_test_support::vtk::parse;
 
 /// A round piece of liquid in a box of 32 x 32 cells.
@@ -15,10 +17,10 @@ const TAYLOR_GREEN: &str = "fluid.initial_velocity={ taylor_green = { speed = \"
 /// to half a per cent of its radius.
 const MEASURED: f64 = 0.066_139_3;
 
-/// Liquid fractions in the cells after `step` steps, from the files of fields.
-fn fractions(scratch: &Scratch, step: usize) -> Vec<f64> {
-    let file = parse(&scratch.path().join(format!("out/fields/fields-{step:09}.vti")));
-    let (kind, _, bytes, _) = file.array("liquid_fraction");
+/// Values in the cells after `step` steps, from the files of fields of a run.
+fn values(folder: &Path, step: usize, array: &str) -> Vec<f64> {
+    let file = parse(&folder.join(format!("fields/fields-{step:09}.vti")));
+    let (kind, _, bytes, _) = file.array(array);
     assert_eq!(kind, "Float64");
     bytes.chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().expect("eight bytes"))).collect()
 }
@@ -32,8 +34,9 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
 #[test]
 fn a_case_file_poses_the_reversed_vortex() {
     let scratch = Scratch::new("vortex");
-    start(&load(BOX, &[VORTEX]), &scratch.join("out"), On::threads(1)).expect("the run ends well");
-    let [first, middle, last] = [0, 320, 640].map(|step| fractions(&scratch, step));
+    let out = scratch.join("out");
+    ran(BOX, &[VORTEX], &out, On::threads(1));
+    let [first, middle, last] = [0, 320, 640].map(|step| values(&out, step, "liquid_fraction"));
     let error = difference(&first, &last);
     println!("shape error {error:.6}, of a disc {MEASURED}");
     assert!((error / MEASURED - 1.0).abs() < 0.02, "{error}");
@@ -47,7 +50,7 @@ fn a_case_file_poses_the_reversed_vortex() {
 fn a_flow_that_is_given_begins_as_given_and_has_no_momentum_budget() {
     let scratch = Scratch::new("given");
     let out = scratch.join("out");
-    start(&load(BOX, &[VORTEX]), &out, On::threads(1).steps(3)).expect("the run ends well");
+    ran(BOX, &[VORTEX], &out, On::threads(1).steps(3));
     let has_no_budget = |steps: u64| {
         let Left { summary, series, .. } = Left::in_folder(&out);
         assert_eq!(summary["steps"], steps);
@@ -67,10 +70,7 @@ fn a_flow_that_is_given_begins_as_given_and_has_no_momentum_budget() {
     assert!(energy[0] > 0.5 && (energy[1] / energy[0] - 1.0).abs() < 1e-3, "{energy:?}");
     go_on(&out, On::threads(1).steps(2)).0.expect("the run goes on");
     has_no_budget(5);
-    let file = parse(&out.join("fields/fields-000000000.vti"));
-    let (_, _, bytes, _) = file.array("velocity");
-    let velocity: Vec<f64> =
-        bytes.chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().expect("eight bytes"))).collect();
+    let velocity = values(&out, 0, "velocity");
     let largest = velocity.chunks_exact(3).enumerate().map(|(n, found)| {
         let [x, z] = [n % 32, n / 32].map(|n| std::f64::consts::PI * (n as f64 + 0.5) / 32.0);
         let expected = [-x.sin().powi(2) * (2.0 * z).sin(), 0.0, (2.0 * x).sin() * z.sin().powi(2)];
@@ -79,8 +79,7 @@ fn a_flow_that_is_given_begins_as_given_and_has_no_momentum_budget() {
     let largest = largest.fold(0.0, f64::max);
     assert!(largest < 0.01, "{largest}");
     // Negative control: a flow that is solved for has a budget.
-    start(&load(BOX, &[]), &scratch.join("solved"), On::threads(1).steps(1)).expect("the run ends well");
-    let Left { summary, series, .. } = Left::in_folder(&scratch.join("solved"));
+    let Left { summary, series, .. } = ran(BOX, &[], &scratch.join("solved"), On::threads(1).steps(1));
     assert!(summary["conservation"]["momentum_residual_relative"].is_number());
     assert!(series.column("momentum_liquid_3").iter().all(|cell| cell.is_finite()));
 }
@@ -92,11 +91,11 @@ fn initial_velocities_are_those_of_the_formula_and_divergence_is_taken_out() {
         // One fluid: where densities differ the projection changes the velocity.
         let still = ["liquid=[]", "boundary.x1=periodic", "boundary.x3=periodic", "run.until=0 s"];
         let changes = [&still[..], &["output.fields.at=[\"0 s\"]"], field].concat();
-        start(&load(BOX, &changes), &scratch.join("out"), On::threads(1)).expect("the run ends well");
-        let file = parse(&scratch.join("out/fields/fields-000000000.vti"));
-        let (_, components, bytes, _) = file.array("velocity");
-        assert_eq!(components, 3);
-        bytes.chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().expect("eight bytes"))).collect::<Vec<f64>>()
+        let out = scratch.join("out");
+        ran(BOX, &changes, &out, On::threads(1));
+        let found = values(&out, 0, "velocity");
+        assert_eq!(found.len(), 3 * 32 * 32);
+        found
     };
     let still = velocity(&[]);
     assert!(still.iter().all(|u| *u == 0.0));
@@ -117,9 +116,8 @@ fn initial_velocities_are_those_of_the_formula_and_divergence_is_taken_out() {
 #[test]
 fn carrying_flows_that_make_no_sense_are_refused() {
     let refused = |changes: &[&str], words: &str| {
-        let changes: Vec<String> = changes.iter().map(|text| (*text).to_owned()).collect();
-        let error = sazanami::case::parse(std::path::Path::new("c.toml"), BOX, &changes).expect_err("refused");
-        assert!(error.to_string().contains(words), "{error}");
+        let error = refusal(BOX, changes);
+        assert!(error.contains(words), "{error}");
     };
     let uniform = "fluid.carrying_flow={ uniform = { velocity = [\"1 m/s\", \"0 m/s\", \"0 m/s\"] } }";
     refused(&[uniform], "goes through a wall at a side of x1");

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::support::{On, Scratch, Table, load, start};
+use crate::support::{On, Scratch, ran};
 use sazanami_numerics::Real;
 
 /// A sphere of 0.2 mm, three cells wide, in glycerine: Reynolds number 3e-6, taken up in some 6 us.
@@ -14,8 +14,8 @@ const FULL: &str = "liquid.0.region.half_space.point=[\"0 m\", \"0 m\", \"3 m\"]
 
 /// Downward speeds after the steps [m/s].
 fn speeds(folder: &Path, overrides: &[&str]) -> Vec<Real> {
-    start(&load(SPHERE, overrides), folder, On::threads(2)).unwrap_or_else(|error| panic!("{error}"));
-    Table::read(&folder.join("probes/sphere.csv")).column("velocity_3").into_iter().map(|speed| -speed).collect()
+    let left = ran(SPHERE, overrides, folder, On::threads(2));
+    left.probe("sphere").column("velocity_3").into_iter().map(|speed| -speed).collect()
 }
 
 fn last(speeds: &[Real]) -> Real {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::support::{Left, On, Scratch, findings, go_on, load, start};
+use crate::support::{Left, On, Scratch, findings, go_on, load, ran, start};
 use sazanami_numerics::Real;
 
 /// A viscous liquid between two plates 4 mm apart, at a mean velocity of 10 mm/s along x1.
@@ -19,13 +19,7 @@ placement.list = [{ position = ["2 mm", "2 mm", "2 mm"] }]
 [particles]"#;
 
 fn left(folder: &Path, overrides: &[&str], steps: Option<u64>) -> Left {
-    start(&load(PLATES, overrides), folder, On { steps, ..On::threads(1) }).unwrap_or_else(|error| panic!("{error}"));
-    Left::in_folder(folder)
-}
-
-/// The last value of a column.
-fn last(left: &Left, column: &str) -> Real {
-    *left.column(column).last().expect("the series has rows")
+    ran(PLATES, overrides, folder, On { steps, ..On::threads(1) })
 }
 
 /// The mean of the last third of a column: the force on moving particles fluctuates by a per cent.
@@ -46,12 +40,12 @@ fn the_force_between_plates_is_that_of_poiseuille() {
             if solver == "mics" { exact / (1.0 + 2.0 / 256.0) } else { exact }
         };
         let flow = left(&scratch.join(solver), &[&word, &until], None);
-        let (speed, force) = (last(&flow, "mean_velocity_1"), late_mean(&flow, "driving_acceleration_1"));
+        let (speed, force) = (flow.last("mean_velocity_1"), late_mean(&flow, "driving_acceleration_1"));
         assert!((speed / 0.01 - 1.0).abs() < 1e-3, "{solver}: {speed}");
         assert!((force / expected(1e-4) - 1.0).abs() < tolerance, "{solver}: {force} for {}", expected(1e-4));
-        assert_eq!((last(&flow, "driving_acceleration_2"), last(&flow, "driving_acceleration_3")), (0.0, 0.0));
-        let stress = last(&flow, "driving_stress_1");
-        let over_plates = 1000.0 * 4e-3 * last(&flow, "driving_acceleration_1");
+        assert_eq!((flow.last("driving_acceleration_2"), flow.last("driving_acceleration_3")), (0.0, 0.0));
+        let stress = flow.last("driving_stress_1");
+        let over_plates = 1000.0 * 4e-3 * flow.last("driving_acceleration_1");
         assert!((stress / over_plates - 1.0).abs() < 1e-9, "{solver}: {stress}");
         // The force stands in the momentum budget, which closes.
         let residual = flow.summary["conservation"]["momentum_residual_relative"].as_f64().expect("a number");
@@ -70,7 +64,7 @@ fn the_force_between_plates_is_that_of_poiseuille() {
             Some(20),
         );
         assert!(!still.series.columns.iter().any(|column| column == "mean_velocity_1"));
-        assert!(last(&still, "kinetic_energy_fluid") < 1e-20);
+        assert!(still.last("kinetic_energy_fluid") < 1e-20);
     }
 }
 
@@ -84,7 +78,7 @@ fn a_constant_force_begins_with_the_run() {
         let flow = left(&scratch.join(solver), &[&word, pushed, free, "run.until=10 ms"], None);
         // Nothing holds the liquid: it moves at 30 mm/s.
         let (mass, speed): (Real, Real) = (1000.0 * 64e-9, 3.0 * 0.01);
-        let energy = last(&flow, "kinetic_energy_fluid");
+        let energy = flow.last("kinetic_energy_fluid");
         assert!((energy / (0.5 * mass * speed * speed) - 1.0).abs() < 1e-6, "{solver}: {energy}");
     }
 }
@@ -118,22 +112,20 @@ fn an_oscillating_force_swings_free_water_without_a_mean_velocity() {
 fn a_gradient_of_pressure_acts_on_grains_by_the_water_that_they_displace() {
     let scratch = Scratch::new("by-volume");
     let text = PLATES.replace("[particles]", GRAIN);
-    let ran = |name: &str, drive: &str| {
-        let folder = scratch.join(name);
+    let driven = |name: &str, drive: &str| {
         let nu = "fluid.liquid.kinematic_viscosity=1e-6 m^2/s";
         let overrides =
             ["solver=mps", drive, nu, "boundary.x3=periodic", "run.until=5 ms", "output.series={ steps = 1 }"];
-        start(&load(&text, &overrides), &folder, On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
-        Left::in_folder(&folder)
+        ran(&text, &overrides, &scratch.join(name), On::threads(1))
     };
     let momentum = |name: &str, acts_by: &str| {
         let drive =
             format!("drive={{ acceleration = [\"3 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"], acts_by = \"{acts_by}\" }}");
-        let flow = ran(name, &drive);
+        let flow = driven(name, &drive);
         let residual = flow.summary["conservation"]["momentum_residual_relative"].as_f64().expect("a number");
         // Viscosity and pressure do not quite cancel where the void fraction varies.
         assert!(residual < 2e-4, "{acts_by}: {residual}");
-        last(&flow, "momentum_1")
+        flow.last("momentum_1")
     };
     // Drag and pressure act between water and grain; what both gain comes from outside.
     let volume = std::f64::consts::PI / 6.0 * 1e-9;
@@ -143,7 +135,7 @@ fn a_gradient_of_pressure_acts_on_grains_by_the_water_that_they_displace() {
     // A held mean velocity likewise: by its force, step for step.
     let whole = by_mass / (3.0 * 5e-3);
     for (acts_by, other) in [("volume", false), ("mass", true)] {
-        let flow = ran(
+        let flow = driven(
             &format!("held-{acts_by}"),
             &format!(
                 "drive={{ mean_velocity = [\"5 cm/s\", \"0 m/s\", \"0 m/s\"], answer = \"1 ms\", acts_by = \"{acts_by}\" }}"
@@ -151,7 +143,7 @@ fn a_gradient_of_pressure_acts_on_grains_by_the_water_that_they_displace() {
         );
         let pairs = flow.column("driving_acceleration_1").into_iter().zip(flow.column("dt")).skip(1);
         let impulse = pairs.map(|(a, dt)| a * dt).sum::<Real>() * (whole - 1500.0 * volume);
-        let off = last(&flow, "momentum_1") / impulse - 1.0;
+        let off = flow.last("momentum_1") / impulse - 1.0;
         // Negative control: by mass it is more by what the grain is heavier, 1.2 % of all.
         assert_eq!(off.abs() > 3e-3, other, "{acts_by}: {off}");
     }
@@ -165,21 +157,19 @@ fn a_mean_velocity_through_a_bed_is_reached_within_a_few_answers() {
     let scratch = Scratch::new("bed");
     // Against the weight of the water.
     for solver in ["mps", "mics"] {
-        let ran = |name: &str, answer: &str| {
-            let folder = scratch.join(&format!("{solver}-{name}"));
+        let driven = |name: &str, answer: &str| {
             let words = [format!("solver={solver}"), "gravity=9.8 m/s^2".to_owned(), format!("drive.answer={answer}")];
             let words = [&words.each_ref().map(String::as_str)[..], &["drive.ramp=50 ms"]].concat();
-            start(&load(BED, &words), &folder, On::threads(2)).unwrap_or_else(|error| panic!("{error}"));
-            Left::in_folder(&folder)
+            ran(BED, &words, &scratch.join(&format!("{solver}-{name}")), On::threads(2))
         };
-        let flow = ran("flow", "10 ms");
+        let flow = driven("flow", "10 ms");
         let (speed, times) = (flow.column("mean_velocity_3"), flow.column("time"));
         let after = |time: Real| speed[times.iter().position(|t| *t >= time - 1e-9).expect("a row")] / 5e-3;
         // Five answers after the ramp; it does not overshoot.
         assert!(after(0.1) > 0.9 && (after(0.15) - 1.0).abs() < 0.01, "{solver}: {speed:?}");
         assert!(speed[1..].iter().all(|u| *u < 5.1e-3), "{solver}: {speed:?}");
         // Control: an answer ten times as slow is not there.
-        assert!(solver == "mics" || last(&ran("slow", "0.1 s"), "mean_velocity_3") < 4e-3, "{solver}");
+        assert!(solver == "mics" || driven("slow", "0.1 s").last("mean_velocity_3") < 4e-3, "{solver}");
     }
 }
 
@@ -195,7 +185,7 @@ fn a_restart_goes_on_with_the_force_as_it_was() {
         let parts = Left::in_folder(&folder);
         assert_eq!(whole.hash(), parts.hash(), "{solver}");
         assert_eq!(whole.series, parts.series, "{solver}");
-        assert!(last(&whole, "driving_acceleration_1") != 0.0);
+        assert!(whole.last("driving_acceleration_1") != 0.0);
     }
 }
 
@@ -210,11 +200,9 @@ fn ranks_hold_the_same_flow_and_let_the_same_grain_go() {
         let inside = "liquid.0.allow_touching_grains=true";
         let exact = if solver == "mps" { "particles.tolerance=1e-12" } else { "fluid.tol_div=1e-10" };
         let release = "grains.0.release=0.5 ms";
-        let case = |more: &str| load(&text, &[&word, wide[0], wide[1], water, inside, exact, release, more]);
         let run = |name: &str, on: On, more: &str| {
-            let folder = scratch.join(&format!("{solver}-{name}"));
-            start(&case(more), &folder, on.steps(15)).unwrap_or_else(|error| panic!("{error}"));
-            Left::in_folder(&folder)
+            let overrides = [&word, wide[0], wide[1], water, inside, exact, release, more];
+            ran(&text, &overrides, &scratch.join(&format!("{solver}-{name}")), on.steps(15))
         };
         let answer = "drive.answer=5 ms";
         let alone = run("alone", On::threads(1), answer);
@@ -228,8 +216,8 @@ fn ranks_hold_the_same_flow_and_let_the_same_grain_go() {
             of("driving_acceleration_1").max(of("mean_velocity_1"))
         };
         assert!(difference(&two) < 1e-6, "{solver}: {}", difference(&two));
-        let speed = last(&alone, "largest_grain_speed");
-        assert!(speed > 0.0 && (last(&two, "largest_grain_speed") / speed - 1.0).abs() < 1e-6, "{solver}: {speed}");
+        let speed = alone.last("largest_grain_speed");
+        assert!(speed > 0.0 && (two.last("largest_grain_speed") / speed - 1.0).abs() < 1e-6, "{solver}: {speed}");
         // Negative control: another time of the answer is seen.
         let other = run("other", On::threads(1), "drive.answer=5.1 ms");
         assert!(difference(&other) > 1e-3, "{solver}: {}", difference(&other));
@@ -305,10 +293,8 @@ fn steps_follow_what_shakes_the_box() {
     // In the frame of the box the bead's velocity is -(a/w) (1 - cos w t): its mean takes it along, its swing is a/w^2.
     let [amplitude, turn]: [Real; 2] = [200.0, 2.0 * std::f64::consts::PI * 1000.0];
     let off = |name: &str, overrides: &[&str]| {
-        let folder = scratch.join(name);
-        start(&load(SHAKEN, overrides), &folder, On::threads(1)).unwrap();
-        let left = Left::in_folder(&folder);
-        let probe = sazanami::analyse::Table::read(&folder.join("probes/bead.csv")).unwrap().unwrap();
+        let left = ran(SHAKEN, overrides, &scratch.join(name), On::threads(1));
+        let probe = left.probe("bead");
         let (times, places) = (probe.column("time"), probe.column("position_1"));
         let exact = |time: Real| 0.2 - amplitude / turn * (time - (turn * time).sin() / turn);
         let worst = times.iter().zip(&places).map(|(&time, &place)| (place - exact(time)).abs()).fold(0.0, Real::max);
@@ -332,13 +318,14 @@ fn a_start_within_a_step_leaves_the_water_where_it_was() {
         let case = load(JERKED, &[&format!("solver={solver}")]);
         let folder = scratch.join(solver);
         start(&case, &folder, On::threads(2)).unwrap_or_else(|error| panic!("{error}"));
-        let probe = sazanami::analyse::Table::read(&folder.join("probes/water.csv")).unwrap().unwrap();
+        let left = Left::in_folder(&folder);
+        let probe = left.probe("water");
         for (time, speed) in probe.column("time").into_iter().zip(probe.column("velocity_1")).skip(1) {
             let expected = -case.case.tank_at(time)[1].x;
             assert!((speed - expected).abs() < 0.01 * 0.0628, "{solver}, {time}: {speed} {expected}");
         }
         // Negative control: the acceleration in the middle of the first step is not that of its mean.
-        let step = Left::in_folder(&folder).column("dt").into_iter().fold(0.0, Real::max);
+        let step = left.column("dt").into_iter().fold(0.0, Real::max);
         let [_, reached, _] = case.case.tank_at(step);
         let [.., middle] = case.case.tank_at(0.5 * step);
         assert!((middle.x * step - reached.x).abs() > 0.02 * reached.x.abs(), "{solver}: {middle} {reached}");

@@ -1,8 +1,6 @@
 //! Grains in a tank of moving particles without water: they fall as grains do, and no step is paid for water.
 
-use crate::support::{Left, On, Scratch, load, start};
-use sazanami::check::{CostModel, Known, check};
-use sazanami::machine::Machine;
+use crate::support::{On, Scratch, findings, foretold, load, ran};
 
 /// A bead that falls for 20 ms.
 const TANK: &str = include_str!("../cases/dry-tank.toml");
@@ -15,17 +13,13 @@ fn dry_grains_fall_and_pay_for_no_water() {
     let folder = Scratch::new("dry");
     for (name, text) in [("dry", TANK.to_owned()), ("wet", format!("{TANK}{WATER}"))] {
         let is_dry = name == "dry";
-        let loaded = load(&text, &[]);
-        let told = check(&loaded.case, Known::default(), &Machine::this(), 1, &CostModel::default());
+        let told = foretold(&load(&text, &[]).case);
         let fluid = told.predicted_s.iter().find(|(part, _)| *part == "fluid").map(|(_, seconds)| *seconds);
         assert_eq!(fluid == Some(0.0), is_dry, "{:?}", told.predicted_s);
-        start(&loaded, &folder.join(name), On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
-        let left = Left::in_folder(&folder.join(name));
+        let left = ran(&text, &[], &folder.join(name), On::threads(1));
         // The control: with water there is a pressure to solve for.
         assert_eq!(left.summary["phase_s"]["pressure"].as_f64().unwrap_or_default() == 0.0, is_dry, "{}", left.summary);
-        let table = crate::support::Table::read(&folder.join(name).join("probes/bead.csv"));
-        let (times, heights) = (table.column("time"), table.column("position_3"));
-        let (time, height) = (times[times.len() - 1], heights[heights.len() - 1]);
+        let [time, height] = ["time", "position_3"].map(|column| left.probe("bead").last(column));
         let fallen = 0.5 * 9.81 * time * time;
         assert!((10e-3 - height - fallen).abs() < 0.01 * fallen, "{name}: {height} after {time}");
     }
@@ -35,13 +29,9 @@ fn dry_grains_fall_and_pay_for_no_water() {
 fn at_rest(name: &str, overrides: &[&str], more: &str) -> [f64; 2] {
     let folder = Scratch::new(name);
     let lying = ["grains.0.placement={ list = [{ position = [\"5 mm\", \"5 mm\", \"0.5 mm\"] }] }", "run.until=60 ms"];
-    let loaded = load(&format!("{TANK}{more}"), &[&lying, overrides].concat());
-    start(&loaded, &folder.join("run"), On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
-    let left = Left::in_folder(&folder.join("run"));
-    ["contact_force_over_submerged_weight", "potential_energy"].map(|name| {
-        let column = left.column(name);
-        column[column.len() - 1]
-    })
+    let text = format!("{TANK}{more}");
+    let left = ran(&text, &[&lying, overrides].concat(), &folder.join("run"), On::threads(1));
+    ["contact_force_over_submerged_weight", "potential_energy"].map(|name| left.last(name))
 }
 
 #[test]
@@ -57,10 +47,7 @@ fn grains_out_of_water_weigh_what_they_weigh() {
     // Above water that it does not reach: no water is displaced.
     let folder = Scratch::new("dry-above");
     let last = |name: &str, text: &str| {
-        let folder = folder.join(name);
-        start(&load(text, &["run.until=2 ms"]), &folder, On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
-        let column = Left::in_folder(&folder).column("potential_energy");
-        column[column.len() - 1]
+        ran(text, &["run.until=2 ms"], &folder.join(name), On::threads(1)).last("potential_energy")
     };
     let [head, tail] = ["[material.sand]", "[output]"].map(|at| TANK.split(at).collect::<Vec<_>>());
     let alone = format!("{}[preparation]\ncache = false\n[output]{}{WATER}", head[0], tail[1]);
@@ -78,11 +65,9 @@ fn softer_springs_bear_the_same_weight_with_more_overlap_in_fewer_sub_steps() {
     let lying = ["grains.0.placement={ list = [{ position = [\"5 mm\", \"5 mm\", \"0.5 mm\"] }] }", "run.until=60 ms"];
     // Overlap with the floor [mm], force on the floor over the weight, and sub-steps in a second, before and after 30 ms.
     let of = |name: &str, keys: &[&str]| {
-        let run = folder.join(name);
-        start(&load(TANK, &[&lying, keys].concat()), &run, On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
-        let bead = crate::support::Table::read(&run.join("probes/bead.csv"));
+        let left = ran(TANK, &[&lying, keys].concat(), &folder.join(name), On::threads(1));
+        let bead = left.probe("bead");
         let (times, heights) = (bead.column("time"), bead.column("position_3"));
-        let left = Left::in_folder(&run);
         let [series, steps, dt, force] =
             ["time", "grain_substeps", "dt", "contact_force_over_submerged_weight"].map(|name| left.column(name));
         [0.029, 0.0599].map(|at| {
@@ -104,8 +89,8 @@ fn softer_springs_bear_the_same_weight_with_more_overlap_in_fewer_sub_steps() {
 #[test]
 fn dry_grains_are_finer_than_the_particles_that_there_are_none_of() {
     let fine = ["grains.0.shape.sphere.diameter=0.3 mm"];
-    assert!(crate::support::findings(TANK, &fine).is_empty(), "{:?}", crate::support::findings(TANK, &fine));
+    assert!(findings(TANK, &fine).is_empty(), "{:?}", findings(TANK, &fine));
     // Negative control: water would read too few particles around them.
-    let wet = crate::support::findings(&format!("{TANK}{WATER}"), &fine);
+    let wet = findings(&format!("{TANK}{WATER}"), &fine);
     assert!(wet.iter().any(|found| found.contains("too few particles")), "{wet:?}");
 }

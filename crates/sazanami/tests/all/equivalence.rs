@@ -4,7 +4,7 @@
 use sazanami_numerics::Real;
 use sazanami_numerics::snapshot::{Section, Snapshot};
 
-use crate::support::{Left, On, Scratch, Table, load, start};
+use crate::support::{Left, On, Scratch, Table, ran};
 
 /// Ranks of the decompositions, halves, thirds, 3 x 2, and the threads of each rank.
 const ON: [(usize, &[usize]); 4] = [(1, &[2, 4]), (2, &[1, 3]), (3, &[1]), (6, &[1, 2])];
@@ -103,10 +103,8 @@ const CASES: [Small; 10] = [
 fn outcome(scratch: &Scratch, small: &Small, on: On, more: Option<&str>) -> Left {
     let output = ["output.figures={ at = [] }", "output.series={ steps = 2 }"];
     let overrides: Vec<&str> = small.overrides.iter().copied().chain(output).chain(more).collect();
-    let loaded = load(small.text, &overrides);
     let folder = scratch.join(small.name);
-    start(&loaded, &folder, on).unwrap_or_else(|error| panic!("{} on {on:?}: {error}", small.name));
-    let left = Left::in_folder(&folder);
+    let left = ran(small.text, &overrides, &folder, on);
     std::fs::remove_dir_all(&folder).expect("the case is sound");
     left
 }

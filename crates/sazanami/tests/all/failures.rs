@@ -6,10 +6,12 @@ use std::sync::mpsc;
 use std::time::Duration;
 
 use sazanami::error::{CommandError, Failure, exit};
-use sazanami::run::{self, RunOptions, Status};
+use sazanami::run::{self, RunOptions, RunSummary, Status};
 use sazanami::stop::{Stop, StopCause};
 
-use crate::support::{Left, Listener, On, Scratch, checkpoints, go_on, load, newest, start, summary};
+use crate::support::{
+    Left, Listener, On, Scratch, checkpoints, go_on, heard, interrupted, load, newest, ran, start, summary,
+};
 
 /// Two grains in a box, one of them thrown at the other; `[[grains]]` and contact can be changed.
 const THROWN: &str = include_str!("../cases/failures-thrown.toml");
@@ -32,6 +34,12 @@ fn failure(error: &CommandError) -> &Failure {
         CommandError::Failed(failure) => failure,
         other => panic!("not a failure of the run: {other}"),
     }
+}
+
+/// Goes on with the run in `folder`.
+fn goes_on_in_time(folder: &Path, on: On) -> Result<RunSummary, CommandError> {
+    let folder = folder.to_owned();
+    in_time(move || go_on(&folder, on)).0
 }
 
 /// Runs a case that fails on one rank and on several, and looks at what is common to all failures.
@@ -65,11 +73,7 @@ fn fails(name: &str, text: &'static str, overrides: &[&str], kind: &str, words: 
         let checkpoint = failure.checkpoint.clone().expect("there is a checkpoint");
         assert_eq!(checkpoint, newest(&folder).path());
         assert!(told.contains(&format!("last good checkpoint: {}", checkpoint.display())));
-        let (again, _) = in_time({
-            let folder = folder.clone();
-            move || go_on(&folder, On::ranks(ranks, 2))
-        });
-        let again = again.expect_err("it fails once more");
+        let again = goes_on_in_time(&folder, On::ranks(ranks, 2)).expect_err("it fails once more");
         assert_eq!(essence(&again), essence(&error), "on {ranks} ranks");
     }
 }
@@ -97,8 +101,8 @@ fn a_grain_that_passes_through_the_floor() {
     fails("softened", THROWN, &softened, "overlap", &[" overlap by ", "`dem.soften` allows 1.0 %"]);
     // Negative control: as soft, where more is allowed.
     let folder = Scratch::new("softened-control");
-    let allowed = load(THROWN, &["dem.soften={ from = \"0 s\", stiffness = 0.9, largest_overlap = 0.5 }"]);
-    start(&allowed, &folder.join("run"), On::ranks(1, 1)).unwrap_or_else(|error| panic!("{error}"));
+    let allowed = ["dem.soften={ from = \"0 s\", stiffness = 0.9, largest_overlap = 0.5 }"];
+    ran(THROWN, &allowed, &folder.join("run"), On::ranks(1, 1));
     fails("floor", THROWN, &soft, "overlap", &["grain 0 of `thrown` and the side x3_lower overlap by "]);
 }
 
@@ -138,7 +142,7 @@ fn a_pressure_that_does_not_converge() {
     for (name, more) in [("default", ""), ("weightless", "gravity=0 m/s^2"), ("long", "fluid.dt_max=1 s")] {
         let still = ["liquid.0.fall.speed=0 m/s", "run.until=1 ms", under_pressure[1], more];
         let still = if more.is_empty() { &still[..3] } else { &still[..] };
-        start(&load(SPLASHING, still), &scratch.join(name), On::threads(2)).unwrap_or_else(|error| panic!("{error}"));
+        ran(SPLASHING, still, &scratch.join(name), On::threads(2));
     }
 }
 
@@ -168,10 +172,8 @@ fn deep_contacts_are_counted_and_warned_of() {
     let run = |stiffness: &str, ranks: usize| {
         let folder = scratch.join(&format!("{}-{ranks}", stiffness.replace(' ', "-").replace('/', "")));
         let loaded = load(THROWN, &[&format!("contact.default.normal_stiffness={stiffness}"), "run.until=1 ms"]);
-        let stop = Stop::new();
-        let mut listener = Listener::default();
-        run::run(&loaded, &On::ranks(ranks, 1).options(Some(&folder)), &mut listener, &stop).unwrap();
-        (Left::in_folder(&folder), listener.messages)
+        let said = heard(&loaded, &On::ranks(ranks, 1).options(Some(&folder))).messages;
+        (Left::in_folder(&folder), said)
     };
     for ranks in [1, 3] {
         let (left, said) = run("200 N/m", ranks);
@@ -195,10 +197,8 @@ fn deep_contacts_are_counted_and_warned_of() {
 fn a_given_number_of_substeps_rules_the_step() {
     let scratch = Scratch::new("failures-substeps");
     let run = |substeps: &str| {
-        let folder = scratch.join(substeps);
-        let loaded = load(THROWN, &[&format!("dem.substeps={substeps}"), "run.until=0.1 ms"]);
-        start(&loaded, &folder, On::threads(1)).unwrap();
-        let left = Left::in_folder(&folder);
+        let keys = [&format!("dem.substeps={substeps}"), "run.until=0.1 ms"];
+        let left = ran(THROWN, &keys, &scratch.join(substeps), On::threads(1));
         (left.summary["limiter"].clone(), left.column("dt").into_iter().fold(0.0, f64::max))
     };
     let (limiter, longest) = run("1");
@@ -213,12 +213,10 @@ fn without_an_artist_a_run_says_that_there_are_no_pictures() {
     let scratch = Scratch::new("failures-artist");
     let loaded = load(THROWN, &["output.figures={ steps = 1 }"]);
     let said = |name: &str, options: RunOptions| {
-        let mut listener = Listener::default();
         let folder = scratch.join(name);
-        let options = RunOptions { out: Some(folder.clone()), ..options };
-        run::run(&loaded, &options, &mut listener, &Stop::new()).unwrap();
+        let said = heard(&loaded, &RunOptions { out: Some(folder.clone()), ..options }).messages;
         let pictures = std::fs::read_dir(folder.join("figures")).unwrap().count();
-        (listener.messages.iter().filter(|text| text.contains("no pictures")).count(), pictures)
+        (said.iter().filter(|text| text.contains("no pictures")).count(), pictures)
     };
     let with = On::threads(1).steps(2).options(None);
     assert_eq!(said("without", RunOptions { artist: None, ..with.clone() }), (1, 0));
@@ -232,16 +230,11 @@ fn a_place_that_cannot_be_written_to() {
     let scratch = Scratch::new("failures-folder");
     for ranks in [1, 3] {
         let folder = scratch.join(&format!("on-{ranks}"));
-        let loaded = load(THROWN, &[]);
-        start(&loaded, &folder, On::ranks(ranks, 1).steps(3)).unwrap();
+        ran(THROWN, &[], &folder, On::ranks(ranks, 1).steps(3));
         let aside = scratch.join(&format!("aside-{ranks}"));
         std::fs::rename(folder.join("figures"), &aside).unwrap();
         std::fs::write(folder.join("figures"), "in the way").unwrap();
-        let (outcome, _) = in_time({
-            let folder = folder.clone();
-            move || go_on(&folder, On::ranks(ranks, 1))
-        });
-        let error = outcome.expect_err("it cannot write");
+        let error = goes_on_in_time(&folder, On::ranks(ranks, 1)).expect_err("it cannot write");
         assert_eq!((error.exit_code(), failure(&error).kind.as_str()), (exit::FAILED, "disk"), "{error}");
         assert!(error.to_string().contains("figures"), "{error}");
         std::fs::remove_file(folder.join("figures")).unwrap();
@@ -249,11 +242,7 @@ fn a_place_that_cannot_be_written_to() {
         // In the middle: the checkpoint of this step is already a folder, and cannot be replaced.
         let next: PathBuf = checkpoints(&folder).path_of(6);
         std::fs::create_dir_all(next.join("in the way")).unwrap();
-        let (outcome, _) = in_time({
-            let folder = folder.clone();
-            move || go_on(&folder, On::ranks(ranks, 1).steps(3))
-        });
-        let error = outcome.expect_err("it cannot write");
+        let error = goes_on_in_time(&folder, On::ranks(ranks, 1).steps(3)).expect_err("it cannot write");
         println!("{error}\n");
         assert_eq!((error.exit_code(), failure(&error).kind.as_str()), (exit::FAILED, "disk"), "{error}");
         let told = error.to_string();
@@ -345,11 +334,7 @@ fn a_full_disk() {
         for part in ["fields", "figures"] {
             std::fs::remove_dir_all(folder.join(part)).unwrap();
         }
-        let (outcome, _) = in_time({
-            let folder = folder.clone();
-            move || go_on(&folder, On::ranks(ranks, 1).steps(2))
-        });
-        outcome.unwrap();
+        goes_on_in_time(&folder, On::ranks(ranks, 1).steps(2)).unwrap();
         std::fs::remove_dir_all(&folder).unwrap();
     }
 }
@@ -360,16 +345,8 @@ fn a_stop_from_outside() {
     let loaded = load(THROWN, &["contact.default.normal_stiffness=200 N/m"]);
     for ranks in [1, 3] {
         let folder = scratch.join(&format!("on-{ranks}"));
-        let stop = Stop::new();
-        let mut listener = Listener {
-            stop: Some(&stop),
-            stop_after: Some(|line| line.phase == "flow" && line.step >= 4),
-            ..Listener::default()
-        };
         let options = On::ranks(ranks, 1).options(Some(&folder));
-        let ended = run::run(&loaded, &options, &mut listener, &stop).unwrap();
-        assert!(ended.interrupted);
-        assert_eq!((ended.status, ended.exit_code()), (Status::Stopped, exit::STOPPED));
+        let ended = interrupted(&loaded, &options, |line| line.phase == "flow" && line.step >= 4);
         let left = summary(&folder);
         assert_eq!((&left["status"], &left["failure"]), (&"stopped".into(), &serde_json::Value::Null));
         // The checkpoint is that of the last step.

@@ -2,15 +2,13 @@
 
 use std::f64::consts::PI;
 
-use crate::support::{Left, On, Scratch, findings, load, start};
+use crate::support::{Left, On, Scratch, findings, go_on, ran};
 
 /// Beads that a stream carries in and out again.
 const STREAM: &str = include_str!("../cases/feeding-stream.toml");
 
 fn run(name: &str, overrides: &[&str], on: On) -> Left {
-    let folder = Scratch::new(name);
-    start(&load(STREAM, overrides), &folder.join("run"), on).unwrap_or_else(|error| panic!("{error}"));
-    Left::in_folder(&folder.join("run"))
+    ran(STREAM, overrides, &Scratch::new(name).join("run"), on)
 }
 
 /// Number, mass \[kg] and momentum along x1 [N s] of what passed, `fed` or `departed`.
@@ -74,8 +72,8 @@ fn feeding_has_the_same_bits_for_threads_and_after_a_restart() {
         // While one is carried in, before the first has left, and after the last.
         for stop in [2, steps / 2, steps * 9 / 10] {
             let place = folder.join(&stop.to_string());
-            start(&load(STREAM, &[&change]), &place, On::threads(1).steps(stop)).unwrap();
-            crate::support::go_on(&place, On::threads(1)).0.unwrap_or_else(|error| panic!("{error}"));
+            ran(STREAM, &[&change], &place, On::threads(1).steps(stop));
+            go_on(&place, On::threads(1)).0.unwrap_or_else(|error| panic!("{error}"));
             let again = Left::in_folder(&place);
             assert_eq!(again.hash(), whole.hash(), "{exchange}, from step {stop} of {steps}");
             for how in ["fed", "departed"] {
@@ -95,11 +93,8 @@ fn grains_wait_until_there_is_room() {
     ];
     let post = "\n[[grains]]\nname = \"post\"\nshape.sphere = { diameter = \"2 mm\" }\nmotion = \"fixed\"\nplacement.list = [{ position = [\"1.5 mm\", \"4 mm\", \"1.2 mm\"] }]\n";
     let text = STREAM.replace("[[probe]]", &format!("{post}[[probe]]"));
-    let fed = |text: &str, name: &str| {
-        let folder = Scratch::new(name);
-        start(&load(text, &narrow), &folder.join("run"), On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
-        passed(&Left::in_folder(&folder.join("run")), "fed")[0]
-    };
+    let fed =
+        |text: &str, name: &str| passed(&ran(text, &narrow, &Scratch::new(name).join("run"), On::threads(1)), "fed")[0];
     assert_eq!(fed(&text, "feeding-full"), 0.0);
     assert_eq!(fed(STREAM, "feeding-free"), 2.0, "negative control");
 }
@@ -141,11 +136,11 @@ fn spheres_among_moving_particles_are_fed_in_and_leave() {
     let ([fed, ..], [gone, mass, momentum]) = (passed(&left, "fed"), passed(&left, "departed"));
     assert!(fed == 3.0 && gone > 0.0 && mass > 0.0 && momentum > 0.0, "{fed} {gone} {mass} {momentum}");
     let whole = with("feeding-particles-whole", &["run.until=30 ms"]);
-    let folder = Scratch::new("feeding-particles-again");
-    let text = load(STREAM, &[&tank[..], &["run.until=30 ms"]].concat());
-    start(&text, &folder.join("run"), On::threads(1).steps(whole.summary["steps"].as_u64().unwrap() / 2)).unwrap();
-    crate::support::go_on(&folder.join("run"), On::threads(2)).0.unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(Left::in_folder(&folder.join("run")).hash(), whole.hash());
+    let again = Scratch::new("feeding-particles-again");
+    let half = On::threads(1).steps(whole.summary["steps"].as_u64().unwrap() / 2);
+    ran(STREAM, &[&tank[..], &["run.until=30 ms"]].concat(), again.path(), half);
+    go_on(again.path(), On::threads(2)).0.unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(Left::in_folder(again.path()).hash(), whole.hash());
     // Negative control: behind walls for grains none leaves.
     let kept = with(
         "feeding-particles-kept",

@@ -2,10 +2,9 @@
 
 use std::path::Path;
 
-use sazanami::case;
 use sazanami_numerics::Real;
 
-use crate::support::{Left, On, Scratch, Table, load, start};
+use crate::support::{Left, On, Scratch, load, ran, refusal};
 
 /// A bead of 6 cells above the floor; its radius is 3 mm.
 const BEAD: &str = r#"
@@ -44,17 +43,11 @@ series = { every = "1 ms" }
 until = "15 ms"
 "#;
 
-fn ran(folder: &Path, overrides: &[&str], on: On) -> Left {
-    start(&load(BEAD, overrides), folder, on).unwrap_or_else(|error| panic!("{error}"));
-    Left::in_folder(folder)
-}
-
 /// Stokes number of the impact, and the speed at a fiftieth of a radius above the floor after it over 0.9 of that before.
 fn rebound(folder: &Path, density: Real, overrides: &[&str]) -> [Real; 2] {
     let density_text = format!("material.g.density={density} kg/m^3");
-    ran(folder, &[&[density_text.as_str()], overrides].concat(), On::threads(2));
-    let probe = Table::read(&folder.join("probes/b.csv"));
-    let [height, speed] = ["position_3", "velocity_3"].map(|column| probe.column(column));
+    let left = ran(BEAD, &[&[density_text.as_str()], overrides].concat(), folder, On::threads(2));
+    let [height, speed] = ["position_3", "velocity_3"].map(|column| left.probe("b").column(column));
     let gap: Vec<Real> = height.iter().map(|z| z - 3e-3).collect();
     let hit = (0..gap.len()).min_by(|&a, &b| gap[a].total_cmp(&gap[b])).expect("rows");
     let before = -speed[..=hit].iter().fold(0.0, |fastest: Real, v| fastest.min(*v));
@@ -90,17 +83,17 @@ fn a_film_keeps_momentum_and_bits() {
          { position = [\"9 mm\", \"9 mm\", \"12.5 mm\"], velocity = [\"0 m/s\", \"0 m/s\", \"-0.1 m/s\"] }]",
         "run.until=8 ms",
     ];
-    let one = ran(&scratch.join("one"), &pair, On::threads(1));
-    let two = ran(&scratch.join("two"), &pair, On::threads(2));
+    let one = ran(BEAD, &pair, &scratch.join("one"), On::threads(1));
+    let two = ran(BEAD, &pair, &scratch.join("two"), On::threads(2));
     assert_eq!((one.hash(), &one.series), (two.hash(), &two.series));
-    let energy = |left: &Left| *left.column("kinetic_energy_grains").last().expect("rows");
-    let ranks = ran(&scratch.join("ranks"), &pair, On::ranks(2, 1));
+    let energy = |left: &Left| left.last("kinetic_energy_grains");
+    let ranks = ran(BEAD, &pair, &scratch.join("ranks"), On::ranks(2, 1));
     assert!((energy(&ranks) / energy(&one) - 1.0).abs() < 1e-6, "{} {}", energy(&ranks), energy(&one));
     let residual = one.column("momentum_residual_relative");
     assert!(residual.iter().all(|r| r.abs() < 1e-8), "{residual:?}");
     // Control: the film acts between them.
     let bare = [&pair[..], &["dem.film_roughness=none"]].concat();
-    let without = ran(&scratch.join("bare"), &bare, On::threads(1));
+    let without = ran(BEAD, &bare, &scratch.join("bare"), On::threads(1));
     assert!(energy(&one) < 0.95 * energy(&without), "{} {}", energy(&one), energy(&without));
 }
 
@@ -111,18 +104,14 @@ fn films_that_cannot_be_on_a_grid_are_refused() {
         ("grains.0.shape={ box = { size = [\"6 mm\", \"6 mm\", \"6 mm\"] } }", "films are between spheres"),
         ("grains.0.contact_spheres=shell(50)", "films are between spheres"),
     ] {
-        let changes = ["dem.film_roughness=0.3 um".to_owned(), change.to_owned()];
-        let error = case::parse(Path::new("bead.toml"), BEAD, &changes).expect_err("refused").to_string();
+        let error = refusal(BEAD, &["dem.film_roughness=0.3 um", change]);
         assert!(error.contains(words), "{change}: {error}");
     }
 }
 
 #[test]
 fn films_are_where_spheres_meet_in_a_liquid() {
-    let film = |changes: &[&str]| {
-        let changes: Vec<String> = changes.iter().map(|change| (*change).to_owned()).collect();
-        case::parse(Path::new("bead.toml"), BEAD, &changes).expect("reads").case.film_roughness()
-    };
+    let film = |changes: &[&str]| load(BEAD, changes).case.film_roughness();
     assert!((film(&[]).expect("a film") / 0.3e-6 - 1.0).abs() < 1e-9);
     // Of tiny grains a part of the radius.
     assert!((film(&["grains.0.shape.sphere.diameter=20 um"]).expect("a film") / 1e-7 - 1.0).abs() < 1e-9);
@@ -151,9 +140,8 @@ fn dry_grains_have_no_film_of_the_liquid() {
         "run.until=20 ms",
     ];
     let speed = |name: &str, changes: &[&str]| {
-        ran(&scratch.join(name), &[&dry[..], changes].concat(), On::threads(2));
-        let probe = Table::read(&scratch.join(name).join("probes/b.csv"));
-        -probe.column("velocity_3").last().expect("rows")
+        let left = ran(BEAD, &[&dry[..], changes].concat(), &scratch.join(name), On::threads(2));
+        -left.probe("b").last("velocity_3")
     };
     let (with, without) = (speed("with", &[]), speed("without", &["dem.film_roughness=none"]));
     assert!(without > 0.08 && (with / without - 1.0).abs() < 0.01, "{with} {without}");

@@ -1,12 +1,9 @@
 //! Bodies with flat faces, made of many contact spheres that touch at once: they rest, stand on each other and slide as they should,
 //! and sub-steps that are too long for them are said.
 
-use std::path::Path;
-
-use crate::support::{Left, On, Scratch, Table, load, start};
-use sazanami::check::{CostModel, Known, SubstepCause, check, explain};
+use crate::support::{Left, On, Scratch, foretold, load, ran, start};
+use sazanami::check::{SubstepCause, explain};
 use sazanami::error::exit;
-use sazanami::machine::Machine;
 use sazanami_numerics::Real;
 
 /// A brick of 51 g half a millimetre above the floor of a box of air.
@@ -69,11 +66,6 @@ const HEAVY: [&str; 7] = [
     "grains.0.placement.list.0.position=[\"0.15 m\", \"0.15 m\", \"30.1 mm\"]",
 ];
 
-fn ran(folder: &Path, text: &str, overrides: &[&str]) -> Left {
-    start(&load(text, overrides), folder, On::threads(1)).unwrap_or_else(|error| panic!("{overrides:?}: {error}"));
-    Left::in_folder(folder)
-}
-
 /// Time, height and speed of the first grain, as its probe has them \[s, m, m/s].
 fn motion(left: &Left) -> Vec<[Real; 3]> {
     let columns =
@@ -94,7 +86,7 @@ fn end(left: &Left) -> (Vec<[Real; 3]>, Real) {
 #[test]
 fn a_heavy_box_rests_on_its_face() {
     let scratch = Scratch::new("faces-heavy");
-    let motion = motion(&ran(scratch.path(), BRICK, &HEAVY));
+    let motion = motion(&ran(BRICK, &HEAVY, scratch.path(), On::threads(1)));
     let [_, height, speed] = motion[motion.len() - 1];
     assert!((height - 30e-3).abs() < 1e-5 && speed < 1e-5, "{height} m, {speed} m/s");
     assert!(motion.iter().all(|row| row[1] <= 30.1e-3), "{motion:?}");
@@ -106,7 +98,8 @@ fn a_brick_rests_whatever_its_spheres_and_their_damping() {
     for (count, restitution) in [(75, 0.1), (98, 0.4), (392, 0.1), (392, 0.9), (800, 0.4), (1000, 0.4)] {
         let spheres = format!("grains.0.contact_spheres=shell({count})");
         let damping = format!("contact.default.restitution={restitution}");
-        let left = ran(&scratch.join(&format!("{count}-{restitution}")), BRICK, &[&spheres, &damping]);
+        let folder = scratch.join(&format!("{count}-{restitution}"));
+        let left = ran(BRICK, &[&spheres, &damping], &folder, On::threads(1));
         let late: Vec<_> = motion(&left).into_iter().filter(|row| row[0] > 39.5e-3).collect();
         let highest = late.iter().map(|row| row[1]).fold(0.0, Real::max);
         assert!((highest - 15e-3).abs() < 2e-5, "{count} spheres, restitution {restitution}: {highest} m");
@@ -120,8 +113,8 @@ fn a_brick_rests_whatever_its_spheres_and_their_damping() {
 #[test]
 fn a_block_that_comes_to_rest_on_a_plate_under_water_does_not_end_the_run() {
     let scratch = Scratch::new("faces-water");
-    let left = ran(&scratch.join("run"), UNDER_WATER, &[]);
-    let probe = Table::read(&scratch.join("run").join("probes/a.csv"));
+    let left = ran(UNDER_WATER, &[], &scratch.join("run"), On::threads(1));
+    let probe = left.probe("a");
     // Means over the last steps: contacts and water bear it by turns, by some per cent of its weight.
     let late = |column: &str| {
         let rows = probe.column(column);
@@ -154,7 +147,7 @@ fn too_few_sub_steps_for_a_face_end_the_run() {
     }
     // With as many as the faces ask for it rests.
     let overrides = [&HEAVY[..], &["fluid.dt=1 ms", "dem.substeps=110"]].concat();
-    assert!(end(&ran(&scratch.join("enough"), BRICK, &overrides)).1 < 1e-5);
+    assert!(end(&ran(BRICK, &overrides, &scratch.join("enough"), On::threads(1))).1 < 1e-5);
 }
 
 #[test]
@@ -165,7 +158,8 @@ fn a_block_on_a_slope_sticks_and_slides_by_its_friction() {
         let (sine, cosine) = Real::to_radians(degrees).sin_cos();
         let gravity = format!("gravity=[\"{} m/s^2\", \"0 m/s^2\", \"{} m/s^2\"]", 9.81 * sine, -9.81 * cosine);
         let place = "grains.0.placement.list.0.position=[\"30 mm\", \"50 mm\", \"15.02 mm\"]";
-        let left = ran(&scratch.join(&format!("{degrees:.0}")), BRICK, &[&gravity, place, "run.until=0.12 s"]);
+        let folder = scratch.join(&format!("{degrees:.0}"));
+        let left = ran(BRICK, &[&gravity, place, "run.until=0.12 s"], &folder, On::threads(1));
         let motion = motion(&left);
         let at = |time: Real| motion.iter().find(|row| row[0] > time - 1e-6).expect("the probe saw it")[2];
         let found = (at(0.12) - at(0.02)) / 0.1;
@@ -193,7 +187,7 @@ fn a_wall_of_blocks_stands() {
     let size = "domain.size=[\"0.3 m\", \"0.1 m\", \"0.2 m\"]";
     for restitution in ["contact.default.restitution=0.2", "contact.default.restitution=0.8"] {
         let overrides = [&wall, shape, size, restitution, "grains.0.contact_spheres=shell(200)", "run.until=0.15 s"];
-        let left = ran(&scratch.join(restitution), BRICK, &overrides);
+        let left = ran(BRICK, &overrides, &scratch.join(restitution), On::threads(1));
         let (places, fastest) = end(&left);
         assert!(fastest < 1e-2, "{restitution}: {fastest} m/s");
         for (n, [x, y, z]) in places.iter().enumerate() {
@@ -233,7 +227,7 @@ fn an_arch_stands_on_its_friction() {
         ]
     };
     let [stands, falls] = ["contact.default.friction=0.5", "contact.default.friction=0.2"]
-        .map(|friction| end(&ran(&scratch.join(friction), BRICK, &overrides(friction))));
+        .map(|friction| end(&ran(BRICK, &overrides(friction), &scratch.join(friction), On::threads(1))));
     assert!(stands.1 < 1e-3 && stands.0.iter().all(|place| place[2] > up - 4e-3), "{stands:?}");
     // Negative control: less friction does not hold it.
     assert!(falls.0.iter().all(|place| place[2] < up - 1e-2), "{falls:?}");
@@ -244,8 +238,8 @@ fn a_face_in_a_corner_takes_more_sub_steps_than_one_on_the_floor() {
     let scratch = Scratch::new("faces-corner");
     let gravity = "gravity=[\"-9.81 m/s^2\", \"-9.81 m/s^2\", \"-9.81 m/s^2\"]";
     let place = "grains.0.placement.list.0.position=[\"15.01 mm\", \"15.01 mm\", \"15.01 mm\"]";
-    let (floor, corner) =
-        (ran(&scratch.join("floor"), BRICK, &[]), ran(&scratch.join("corner"), BRICK, &[gravity, place]));
+    let floor = ran(BRICK, &[], &scratch.join("floor"), On::threads(1));
+    let corner = ran(BRICK, &[gravity, place], &scratch.join("corner"), On::threads(1));
     let [floor, in_corner] = [&floor, &corner].map(|left| left.column("grain_substeps"));
     let most = |of: &[Real]| of.iter().copied().filter(|n| n.is_finite()).fold(0.0, Real::max);
     assert!(floor.iter().filter(|n| n.is_finite()).all(|&n| n == most(&floor)), "{floor:?}");
@@ -257,7 +251,7 @@ fn a_face_in_a_corner_takes_more_sub_steps_than_one_on_the_floor() {
 fn check_says_what_faces_ask_for_and_what_their_bumps_add() {
     let described = |overrides: &[&str]| {
         let loaded = load(BRICK, overrides);
-        let report = check(&loaded.case, Known::default(), &Machine::this(), 1, &CostModel::default());
+        let report = foretold(&loaded.case);
         (explain(&loaded.case, &report), report)
     };
     let (text, report) = described(&["grains.0.contact_spheres=shell(392)"]);

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
-use crate::support::{On, Scratch, load, start};
+use crate::support::{On, Scratch, Table, load, ran, refusal, summary};
 use sazanami_test_support::vtk::{VtkFile, parse};
 
 /// Two spheres and a box, one of them out of order and turned, in air.
@@ -11,8 +11,7 @@ const MIXED: &str = include_str!("../cases/grain-files-mixed.toml");
 
 fn run(name: &str, changes: &[&str]) -> Scratch {
     let scratch = Scratch::new(name);
-    let loaded = load(MIXED, changes);
-    start(&loaded, &scratch.join("out"), On::threads(1)).expect("the run ends well");
+    ran(MIXED, changes, &scratch.join("out"), On::threads(1));
     scratch
 }
 
@@ -96,12 +95,8 @@ fn forms_and_arrays_are_chosen_by_the_case() {
     let meshes = run("meshes", &["output.grain_form=meshes", "output.grain_arrays=[]"]);
     assert!(exists(&meshes, "grain-meshes.pvd") && !exists(&meshes, "grains.pvd"));
     assert!(!exists(&meshes, "grains/shape-0.vtp"));
-    let refused = |change: &str| {
-        let error = sazanami::case::parse(Path::new("case.toml"), MIXED, &[change.into()]).expect_err("a misfit");
-        error.to_string()
-    };
-    assert!(refused("output.grain_arrays=[\"drag\"]").contains("have no `drag`"));
-    assert!(refused("output.grain_arrays=[\"vlocity\"]").contains("did you mean `velocity`?"));
+    assert!(refusal(MIXED, &["output.grain_arrays=[\"drag\"]"]).contains("have no `drag`"));
+    assert!(refusal(MIXED, &["output.grain_arrays=[\"vlocity\"]"]).contains("did you mean `velocity`?"));
     // Many grains are points alone.
     let many = load(&MIXED.replace("placement.list = [{", "placement.lattice = { lower = [\"0 mm\", \"0 mm\", \"3 mm\"], upper = [\"4 mm\", \"4 mm\", \"4 mm\"], counts = [11, 11, 9] } #"), &["grains.1.shape.box.size=[\"0.1 mm\", \"0.1 mm\", \"0.05 mm\"]"]);
     assert_eq!(many.case.output.grain_form, sazanami::case::meaning::GrainForm::Points);
@@ -120,7 +115,7 @@ fn what_is_written_from_the_laboratory_lies_there() {
         run(&frame, &[&times[..], &more, &[moving, &frame]].concat())
     };
     let [tank, laboratory] = ["tank", "laboratory"].map(all);
-    let steps = crate::support::summary(&tank.join("out"))["steps"].as_u64().expect("steps were made");
+    let steps = summary(&tank.join("out"))["steps"].as_u64().expect("steps were made");
     let doubles = |file: &VtkFile, name: &str| -> Vec<f64> {
         file.array(name).2.chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().expect("eight bytes"))).collect()
     };
@@ -156,7 +151,7 @@ fn what_is_written_from_the_laboratory_lies_there() {
         assert!(drift > 0.1 && (step == 0 || shift > 1e-4));
     }
     let probe = |from: &Scratch, name: &str, column: &str| {
-        crate::support::Table::read(&from.join(&format!("out/probes/{name}.csv"))).column(column)
+        Table::read(&from.join(&format!("out/probes/{name}.csv"))).column(column)
     };
     let motion = |time: f64| (2.0 * PI * 10.0 * time).sin_cos();
     let times = probe(&tank, "ball", "time");

@@ -1,11 +1,9 @@
 //! Sizes of grains that a list gives, grains too long for their box, and contacts of fine grains.
 
-use sazanami::check::{CostModel, Known, check};
-use sazanami::feasible;
 use sazanami::machine::Machine;
 use sazanami_numerics::Real;
 
-use crate::support::{Left, On, Scratch, Table, load, start};
+use crate::support::{On, Scratch, before_run, findings, foretold, load, ran};
 
 /// A sphere of 6 mm in water.
 const SPHERE: &str = include_str!("../cases/grain-sizes-sphere.toml");
@@ -17,22 +15,14 @@ fn given_as(diameter: &str, factor: &str) -> String {
 
 /// What is found before a run of a case: whether it can run, and messages.
 fn found(text: &str, overrides: &[&str]) -> (bool, Vec<String>) {
-    let loaded = load(text, overrides);
-    let (runs, found) = match feasible::check(&loaded, &Machine::this(), &CostModel::default()) {
-        Ok(feasible) => (true, feasible.warnings),
-        Err(error) => (false, error.diagnostics),
-    };
-    (runs, found.records(&loaded.source).into_iter().map(|record| record.message).collect())
+    before_run(&load(text, overrides), &Machine::this())
 }
 
 #[test]
 fn a_sphere_is_the_same_by_its_diameter_and_by_a_factor() {
     let [whole, factored] = [given_as("6 mm", "1.0"), given_as("2 mm", "3.0")];
     let scratch = Scratch::new("factors");
-    let run = |text: &str, name: &str| {
-        start(&load(text, &[]), &scratch.join(name), On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
-        Table::read(&scratch.join(name).join("probes/e.csv"))
-    };
+    let run = |text: &str, name: &str| ran(text, &[], &scratch.join(name), On::threads(1)).probe("e").clone();
     let [a, b] = [run(&whole, "whole"), run(&factored, "factored")];
     for column in ["position_3", "velocity_3", "drag_3", "pressure_force_3", "void_fraction"] {
         let (a, b) = (a.column(column), b.column(column));
@@ -44,7 +34,7 @@ fn a_sphere_is_the_same_by_its_diameter_and_by_a_factor() {
     assert!((other[other.len() - 1] / a[a.len() - 1] - 1.0).abs() > 0.05, "{other:?} {a:?}");
     let report = |text: &str, overrides: &[&str]| {
         let case = load(text, overrides).case;
-        let report = check(&case, Known::default(), &Machine::this(), 1, &CostModel::default());
+        let report = foretold(&case);
         let kind = &report.populations[0];
         let of_kind = [kind.size_m, kind.mass_kg].map(|value| format!("{:.9e}", value.unwrap_or(Real::NAN)));
         format!("{} {:.9e} {} {of_kind:?} {:?}", case.overlap.smoothing, report.dt_s, report.substeps, report.particles)
@@ -60,13 +50,9 @@ fn a_sphere_is_the_same_by_its_diameter_and_by_a_factor() {
 #[test]
 fn large_factors_of_a_list_are_refused_and_warned_of_as_large_grains_are() {
     let [whole, factored] = [given_as("7 mm", "1.0"), given_as("2 mm", "3.5")];
-    let refused = |text: &str| crate::support::findings(text, &[]);
-    assert_eq!(refused(&whole), refused(&factored));
-    assert!(
-        refused(&factored).iter().any(|found| found.contains("too large for its tank")),
-        "{:?}",
-        refused(&factored)
-    );
+    let refused = [&whole, &factored].map(|text| findings(text, &[]));
+    assert_eq!(refused[0], refused[1]);
+    assert!(refused[1].iter().any(|found| found.contains("too large for its tank")), "{refused:?}");
     let warned = |text: &str| {
         let short = [found(text, &["overlap.smoothing=12 mm"]), found(text, &[])];
         (short[0].1.clone(), short[1].1.clone())
@@ -101,8 +87,7 @@ const FINE: &str = include_str!("../cases/grain-sizes-fine.toml");
 fn fine_grains_with_a_constant_dashpot_lose_energy() {
     let scratch = Scratch::new("fine");
     let after = |overrides: &[&str], name: &str| {
-        start(&load(FINE, overrides), &scratch.join(name), On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
-        Left::in_folder(&scratch.join(name)).column("kinetic_energy_grains")
+        ran(FINE, overrides, &scratch.join(name), On::threads(1)).column("kinetic_energy_grains")
     };
     let energy = after(&[], "constant");
     assert!(energy[energy.len() - 1] < 0.05 * energy[0], "{energy:?}");
@@ -134,5 +119,5 @@ fn keys_of_contacts_that_do_nothing_are_warned_of() {
     let told = found(&text, &["dem.rolling_friction=0.1", "grains.0.contact_spheres=single"]).1;
     assert!(!told.iter().any(|found| found.contains("does nothing") || found.contains("no effect")), "{told:?}");
     let case = load(&text, &["grains.0.contact_spheres=shell(75)"]).case;
-    assert_eq!(check(&case, Known::default(), &Machine::this(), 1, &CostModel::default()).contact_spheres, 1);
+    assert_eq!(foretold(&case).contact_spheres, 1);
 }

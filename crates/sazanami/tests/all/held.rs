@@ -2,17 +2,12 @@
 
 use std::path::Path;
 
-use crate::support::{Left, On, Scratch, go_on, load, start};
+use crate::support::{Left, On, Scratch, go_on, load, ran, start};
 use sazanami::bed_file::Bed;
 use sazanami_numerics::Real;
 
 /// Three grains in an empty box, of which the second is held for 2 ms.
 const HELD: &str = include_str!("../cases/held-held.toml");
-
-fn left(folder: &Path, overrides: &[&str]) -> Left {
-    start(&load(HELD, overrides), folder, On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
-    Left::in_folder(folder)
-}
 
 #[test]
 fn a_held_grain_falls_from_its_release_on() {
@@ -20,7 +15,7 @@ fn a_held_grain_falls_from_its_release_on() {
     for (solver, way) in [("mics", "surface"), ("mics", "stress"), ("mps", "surface")] {
         let (word, exchange) = (format!("solver={solver}"), format!("coupling.exchange={way}"));
         let solver = format!("{solver}-{way}");
-        let held = left(&scratch.join(&solver), &[&word, &exchange]);
+        let held = ran(HELD, &[&word, &exchange], &scratch.join(&solver), On::threads(1));
         // The momentum of grains begins with their release, and stands in the budget; as published some is lost.
         let residual = held.summary["conservation"]["momentum_residual_relative"].as_f64();
         assert!(
@@ -33,8 +28,9 @@ fn a_held_grain_falls_from_its_release_on() {
             assert!((speed - expected).abs() <= 5e-3 * expected, "{solver}: {speed} for {expected} at {time}");
         }
         // A step ends at the release. Negative control: without it they fall from the start on.
-        let free = left(&scratch.join(&format!("{solver}-free")), &[&word, &exchange, "grains.1.release=0 s"]);
-        let speed = *free.column("largest_grain_speed").last().expect("there are rows");
+        let free = [&word, &exchange, "grains.1.release=0 s"];
+        let free = ran(HELD, &free, &scratch.join(&format!("{solver}-free")), On::threads(1));
+        let speed = free.last("largest_grain_speed");
         assert!((speed / (9.81 * 6e-3) - 1.0).abs() < 5e-3, "{solver}: {speed}");
         // Broken off before the release and just at it, the run comes to the same bits.
         for (n, until) in ["1 ms", "2.05 ms"].into_iter().enumerate() {
@@ -43,7 +39,7 @@ fn a_held_grain_falls_from_its_release_on() {
             let before = times.iter().filter(|&&time| time < 2.05e-3 * (1.0 - 1e-9)).count() as u64;
             assert!(before < steps, "{until}");
             let first = On::threads(1).steps(if n == 0 { 5 } else { 21 });
-            start(&load(HELD, &[&word, &exchange]), &folder, first).unwrap_or_else(|error| panic!("{error}"));
+            ran(HELD, &[&word, &exchange], &folder, first);
             go_on(&folder, On::threads(2)).0.expect("the run goes on");
             assert_eq!(Left::in_folder(&folder).hash(), held.hash(), "{solver}, {until}");
         }
@@ -54,15 +50,13 @@ fn a_held_grain_falls_from_its_release_on() {
 fn a_release_within_a_fixed_step_survives_a_restart_behind_it() {
     let scratch = Scratch::new("held-fixed-steps");
     let text = HELD.replace("dt_max", "dt");
-    let case = load(&text, &["solver=mps"]);
-    let (whole, parts) = (scratch.join("whole"), scratch.join("parts"));
-    start(&case, &whole, On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
+    let folder = scratch.join("parts");
+    let whole = ran(&text, &["solver=mps"], &scratch.join("whole"), On::threads(1));
     // The step that ends at 2.1 ms holds the release at 2.05 ms; the checkpoint is written before the grains go.
-    start(&case, &parts, On::threads(1).steps(21)).unwrap_or_else(|error| panic!("{error}"));
-    go_on(&parts, On::threads(1)).0.expect("the run goes on");
-    let (whole, parts) = (Left::in_folder(&whole), Left::in_folder(&parts));
-    assert_eq!(parts.hash(), whole.hash());
-    let speed = *whole.column("largest_grain_speed").last().expect("there are rows");
+    ran(&text, &["solver=mps"], &folder, On::threads(1).steps(21));
+    go_on(&folder, On::threads(1)).0.expect("the run goes on");
+    assert_eq!(Left::in_folder(&folder).hash(), whole.hash());
+    let speed = whole.last("largest_grain_speed");
     assert!((speed / (9.81 * 3.9e-3) - 1.0).abs() < 5e-3, "{speed}");
 }
 
@@ -99,7 +93,7 @@ const PACKED: &str = include_str!("../cases/held-packed.toml");
 fn a_packed_bed_is_written_as_it_is_used_and_comes_back_from_its_table() {
     let scratch = Scratch::new("bed-table");
     let folder = scratch.join("packed");
-    start(&load(PACKED, &[]), &folder, On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
+    ran(PACKED, &[], &folder, On::threads(1));
     let bed = Bed::read(&folder.join("packed.bed")).expect("it was written");
     let count = load(PACKED, &[]).case.grains[0].count.expect("a number is packed");
     assert!(bed.grains.len() < count && bed.grains.len() > 100, "{} of {count}", bed.grains.len());
@@ -113,10 +107,8 @@ fn a_packed_bed_is_written_as_it_is_used_and_comes_back_from_its_table() {
     let on = |file: &Path, name: &str| {
         let place = format!("grains.0.placement={{ bed = {{ file = \"{}\" }} }}", file.display());
         let run = "run={ until = \"5 ms\" }";
-        let folder = scratch.join(name);
         let none = "preparation={ relax_steps = 0, settle = \"0 s\", cache = false }";
-        start(&load(PACKED, &[&place, run, none]), &folder, On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
-        Left::in_folder(&folder)
+        ran(PACKED, &[&place, run, none], &scratch.join(name), On::threads(1))
     };
     let [binary, text] = [on(&folder.join("packed.bed"), "binary"), on(&table, "text")];
     assert_eq!(binary.hash(), text.hash());
@@ -142,7 +134,7 @@ fn a_bed_can_begin_with_ripples() {
         let place =
             format!("grains.0.placement.packed={{ level = \"4 mm\", spacing = 1.1, fall_gravity = 1.0{ripples} }}");
         let folder = scratch.join(name);
-        start(&load(PACKED, &[&place]), &folder, On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
+        ran(PACKED, &[&place], &folder, On::threads(1));
         let bed = Bed::read(&folder.join("packed.bed")).expect("it was written");
         bed.grains.iter().map(|grain| [grain.position.x, grain.position.z + 0.5e-3]).collect::<Vec<_>>()
     };

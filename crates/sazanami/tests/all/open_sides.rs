@@ -1,20 +1,9 @@
 //! Gravity along open and periodic sides of the grid: what is at rest stays at rest, what is between falls through the rest.
 
-use std::path::Path;
-
-use crate::support::{Left, On, Scratch, findings, go_on, load, start};
+use crate::support::{Left, On, Scratch, findings, go_on, ran};
 use sazanami_numerics::Real;
 
 const BOX: &str = include_str!("../cases/open-sides-box.toml");
-
-fn ran(text: &str, overrides: &[&str], folder: &Path, on: On) -> Left {
-    start(&load(text, overrides), folder, on).unwrap_or_else(|error| panic!("{error}"));
-    Left::in_folder(folder)
-}
-
-fn last(left: &Left, column: &str) -> Real {
-    *left.column(column).last().expect("the series has rows")
-}
 
 fn largest(left: &Left, column: &str) -> Real {
     left.column(column).into_iter().filter(|value| value.is_finite()).fold(0.0, |a: Real, b| a.max(b.abs()))
@@ -144,13 +133,12 @@ fn a_viscous_film_runs_down_a_slope_beside_its_exact_profile() {
         ran(&text, &all, &scratch.join(name), On::threads(1))
     };
     let left = run("film", &["run.until=0.2 s"]);
-    let probe = &left.probes[0].1;
+    let probe = left.probe("film");
     let worst = |driving: Real| {
         let error = |n: usize| {
             let z = (0.25 + 0.5 * n as Real) * 1e-3;
             let exact = driving * slope.sin() / nu * (h * z - 0.5 * z * z);
-            let found = *probe.column(&format!("velocity_1_at_{n}")).last().expect("it was read");
-            (found - exact).abs()
+            (probe.last(&format!("velocity_1_at_{n}")) - exact).abs()
         };
         (0..10).map(error).fold(0.0, Real::max)
     };
@@ -175,7 +163,7 @@ fn a_jet_that_leaves_has_the_pressure_of_the_gas_around_it() {
     // Negative control: the same water that stands on the floor has the pressure of water, and pushes on what runs out.
     let pool = jet.replace("70 mm", "0 mm").replace("90 mm", "20 mm");
     let pool = ran(BOX, &[&[pool.as_str(), sides][..], &more].concat(), &scratch.join("pool"), On::threads(1));
-    assert!((last(&pool, "kinetic_energy_fluid") / last(&left, "kinetic_energy_fluid") - 1.0).abs() > 0.05);
+    assert!((pool.last("kinetic_energy_fluid") / left.last("kinetic_energy_fluid") - 1.0).abs() > 0.05);
 }
 
 #[test]
@@ -191,7 +179,7 @@ fn ranks_and_restarts_see_the_same_fluid_outside() {
     ];
     let whole = ran(BOX, &case, &scratch.join("one"), On::threads(1).steps(20));
     let two = ran(BOX, &case, &scratch.join("two"), On::ranks(2, 1).steps(20));
-    let energies = [&whole, &two].map(|left| last(left, "kinetic_energy_fluid"));
+    let energies = [&whole, &two].map(|left| left.last("kinetic_energy_fluid"));
     assert!(energies[0] > 1e-5 && (energies[0] / energies[1] - 1.0).abs() < 1e-7, "{energies:?}");
     let parts = scratch.join("parts");
     ran(BOX, &case, &parts, On::threads(1).steps(9));
@@ -212,17 +200,17 @@ fn grains_settle_through_a_liquid_without_net_flow() {
     let left = ran(SETTLING, &[NO_FLOW], &scratch.join("settling"), On::threads(1));
     assert!(largest(&left, "mean_velocity_3") < 1e-15);
     // The gradient bears the weight of all, less what accelerates.
-    let force = last(&left, "driving_acceleration_3");
+    let force = left.last("driving_acceleration_3");
     let weight = 9.8 * (1.0 + share * (mass / displaced - 1.0));
     assert!(force > 9.8 && force < 1.001 * weight, "{force} for {weight}");
-    let speed = *left.probes[0].1.column("velocity_3").last().expect("it was read");
+    let speed = left.probes[0].1.last("velocity_3");
     assert!((-0.3..-0.05).contains(&speed), "{speed}");
-    let residual = last(&left, "momentum_residual_relative");
+    let residual = left.last("momentum_residual_relative");
     assert!(residual < 1e-8, "{residual}");
     // Ranks and restarts hold the same.
     let whole = ran(SETTLING, &[NO_FLOW], &scratch.join("whole"), On::threads(1).steps(12));
     let two = ran(SETTLING, &[NO_FLOW], &scratch.join("two"), On::ranks(2, 1).steps(12));
-    let force = [&whole, &two].map(|left| last(left, "driving_acceleration_3"));
+    let force = [&whole, &two].map(|left| left.last("driving_acceleration_3"));
     assert!((force[0] / force[1] - 1.0).abs() < 1e-6, "{force:?}");
     let parts = scratch.join("parts");
     ran(SETTLING, &[NO_FLOW], &parts, On::threads(1).steps(5));
@@ -232,7 +220,7 @@ fn grains_settle_through_a_liquid_without_net_flow() {
     let drop = "liquid=[{ region.sphere = { centre = [\"5 mm\", \"5 mm\", \"10 mm\"], diameter = \"6 mm\" } }]";
     let falling = ran(SETTLING, &[NO_FLOW, drop, "grains=[]", "probe=[]"], &scratch.join("drop"), On::threads(1));
     let fluid = 998.2 * share * 216.0 / 64.0;
-    let momentum = last(&falling, "momentum_liquid_3");
+    let momentum = falling.last("momentum_liquid_3");
     let free = -9.8 * 50e-3 * fluid * 2e-6;
     assert!((momentum / free - 1.0).abs() < 0.05, "{momentum} {free}");
     assert!(largest(&falling, "mean_velocity_3") < 1e-13);
@@ -246,7 +234,7 @@ fn a_gradient_of_the_pressure_drives_a_flow_on_the_grid() {
         let all: Vec<&str> = [&[drive][..], &plain, more].concat();
         ran(SETTLING, &all, &scratch.join(name), On::threads(1))
     };
-    let energy = |left: &Left| last(left, "kinetic_energy_fluid");
+    let energy = |left: &Left| left.last("kinetic_energy_fluid");
     let drive = "drive={ acceleration = [\"2 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"], acts_by = \"volume\" }";
     let pushed = run("pushed", drive, &[]);
     let expected: Real = 0.5 * 998.2 * 2e-6 * (2.0 * 20e-3_f64).powi(2);
@@ -258,7 +246,7 @@ fn a_gradient_of_the_pressure_drives_a_flow_on_the_grid() {
     assert!((blown / heavy / 99.82_f64.powi(2) - 1.0).abs() < 0.01, "{blown} {heavy}");
     let held = "drive={ mean_velocity = [\"0 m/s\", \"3 mm/s\", \"0 m/s\"], acts_by = \"volume\", ramp = \"0 s\" }";
     let held = run("held", held, &["boundary={ all = \"periodic\", x3 = \"no_slip\" }"]);
-    assert!((last(&held, "mean_velocity_2") / 3e-3 - 1.0).abs() < 1e-12);
+    assert!((held.last("mean_velocity_2") / 3e-3 - 1.0).abs() < 1e-12);
 }
 
 #[test]

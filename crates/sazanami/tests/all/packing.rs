@@ -7,12 +7,9 @@ use sazanami::case::LoadedCase;
 use sazanami::check::{self, CostModel, Known};
 use sazanami::feasible;
 use sazanami::machine::{Machine, MemoryLimit};
-use sazanami::progress::StepLine;
-use sazanami::run;
-use sazanami::stop::Stop;
 use sazanami_numerics::Real;
 
-use crate::support::{Left, Listener, On, Scratch, go_on, load, start};
+use crate::support::{Left, On, Scratch, before_run, findings, go_on, heard, interrupted, load, ran};
 
 /// Balls of 0.5 mm in a box of 8 mm, with these keys of the population in addition.
 fn case_text(keys: &str) -> String {
@@ -61,9 +58,7 @@ fn foretold(loaded: &LoadedCase, grains: usize) -> Real {
 /// Sub-steps of a packing, and the number of its grains.
 fn packed(loaded: &LoadedCase, name: &str) -> (usize, usize) {
     let folder = Scratch::new(name);
-    let (stop, mut listener) = (Stop::new(), Listener::default());
-    let options = On::threads(2).options(Some(&folder.join("run")));
-    run::run(loaded, &options, &mut listener, &stop).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let listener = heard(loaded, &On::threads(2).options(Some(&folder.join("run"))));
     let substeps = listener.lines.iter().filter(|line| line.phase == "packing").map(|line| line.substeps).sum();
     let bed = Bed::read(&folder.join("run/packed.bed")).expect("the bed is written");
     // Overlaps on the soft springs of the packing are not those of the run.
@@ -111,13 +106,10 @@ fn a_bed_that_cannot_be_written_is_reported_before_it_is_packed() {
 #[test]
 fn sizes_of_which_the_coarse_press_the_fine_flat_are_refused() {
     let machine = Machine { memory_available: Some(8 << 30), memory_limit: MemoryLimit::Machine, ..Machine::this() };
-    let refused = |text: &str| match feasible::check(&load(text, &[]), &machine, &CostModel::default()) {
-        Ok(_) => false,
-        Err(error) => {
-            let records = error.diagnostics.records(&error.source);
-            assert!(records.iter().all(|record| record.message.contains("press the fine ones flat")), "{records:?}");
-            true
-        }
+    let refused = |text: &str| {
+        let (runs, found) = before_run(&load(text, &[]), &machine);
+        assert!(runs || found.iter().all(|title| title.contains("press the fine ones flat")), "{found:?}");
+        !runs
     };
     let wide = case_text("count = 600\nsize.lognormal = { sigma = 1.0, upper = 8.0 }");
     assert!(refused(&wide.replace("500 N/m", "20 N/m")));
@@ -136,9 +128,7 @@ fn a_levelled_bed_on_a_grid_is_flat_and_comes_to_rest_again() {
     let scratch = Scratch::new("levelled");
     // Grains of the bed, the highest place of a contact sphere [mm] and the mean speed [m/s] as the run begins.
     let begun = |name: &str, changes: &[&str], on: On| {
-        let folder = scratch.join(name);
-        start(&load(BED, changes), &folder, on).unwrap_or_else(|error| panic!("{name}: {error}"));
-        let left = Left::in_folder(&folder);
+        let left = ran(BED, changes, &scratch.join(name), on);
         // The bed is at rest as the flow begins: its weight presses the contacts less deep than soft springs let them be.
         let [overlap, while_packed] = ["overlap_relative", "packing_overlap_relative"]
             .map(|key| left.summary["worst"][key].as_f64().expect("a number"));
@@ -158,34 +148,28 @@ fn a_levelled_bed_on_a_grid_is_flat_and_comes_to_rest_again() {
     let (all, poured, _) = begun("poured", &[], On::threads(2));
     assert!(all == 300 && poured > 2.6, "{all} {poured}");
     // What cannot be, and what does nothing, is told.
-    let refused = crate::support::findings(BED, &["grains.0.placement.packed.level=\"0.5 mm\""]);
+    let refused = findings(BED, &["grains.0.placement.packed.level=\"0.5 mm\""]);
     assert!(refused.len() == 1 && refused[0].contains("no grain lies below the level"), "{refused:#?}");
     let told = |number: &str, words: &str| {
         let level = format!("grains.0.placement.packed.level=\"{number}\"");
-        let mut listener = Listener::default();
         let folder = scratch.join(&format!("packed-{}-{}", number.len(), words.len()));
         let options = On::threads(2).options(Some(&folder));
-        run::run(&load(BED, &[&level, "run.packing_only=true"]), &options, &mut listener, &Stop::new())
-            .expect("it packs");
-        listener.messages.iter().any(|message| message.contains(words))
+        let said = heard(&load(BED, &[&level, "run.packing_only=true"]), &options).messages;
+        said.iter().any(|message| message.contains(words))
     };
     assert!(told("2.4 mm", "of 300 grains are taken away") && !told("2.4 mm", "takes nothing away"));
     assert!(told("5.50 mm", "takes nothing away"));
     // Grains that still fall are with the rank in whose part they lie: none is lost between ranks.
     let falling = scratch.join("falling");
-    let mut listener = Listener::default();
     let changes = [LEVEL, "grains.0.placement.packed.stop=time_only"];
-    run::run(&load(BED, &changes), &On::ranks(4, 1).options(Some(&falling)), &mut listener, &Stop::new())
-        .expect("it runs");
-    let taken = listener.messages.iter().find_map(|message| message.strip_prefix("levelled: ")).expect("it is told");
+    let said = heard(&load(BED, &changes), &On::ranks(4, 1).options(Some(&falling))).messages;
+    let taken = said.iter().find_map(|message| message.strip_prefix("levelled: ")).expect("it is told");
     let taken: u64 = taken.split(' ').next().and_then(|number| number.parse().ok()).expect("a number");
     assert_eq!(Left::in_folder(&falling).summary["counts"]["grains"].as_u64(), Some(300 - taken));
     // Broken off while it comes to rest, it goes on to the same bits.
     let parts = scratch.join("parts");
-    let stop = Stop::new();
-    let relaxing = |line: &StepLine| line.phase == "relax" && line.step >= 20;
-    let mut listener = Listener { stop: Some(&stop), stop_after: Some(relaxing), ..Listener::default() };
-    run::run(&load(BED, &[LEVEL]), &On::threads(1).options(Some(&parts)), &mut listener, &stop).expect("it is stopped");
+    let options = On::threads(1).options(Some(&parts));
+    interrupted(&load(BED, &[LEVEL]), &options, |line| line.phase == "relax" && line.step >= 20);
     go_on(&parts, On::threads(1)).0.expect("the run goes on");
     assert_eq!(Left::in_folder(&parts).hash(), Left::in_folder(&scratch.join("level")).hash());
 }

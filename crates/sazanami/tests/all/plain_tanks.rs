@@ -2,12 +2,10 @@
 
 use std::path::Path;
 
-use sazanami::check::{self, CostModel, Known};
-use sazanami::feasible;
 use sazanami::machine::Machine;
 use sazanami_numerics::Real;
 
-use crate::support::{Left, On, Scratch, findings, load, start, summary};
+use crate::support::{On, Scratch, before_run, findings, foretold, load, ran, summary};
 
 const TANK: &str = r#"
 solver = "mps"
@@ -48,9 +46,8 @@ must_rest = false
 
 /// Particles of water that `check` foretells, and those of the run.
 fn particles(folder: &Path, overrides: &[&str]) -> [Real; 2] {
-    let loaded = load(TANK, overrides);
-    let report = check::check(&loaded.case, Known::default(), &Machine::this(), 1, &CostModel::default());
-    start(&loaded, folder, On::threads(1).steps(1)).unwrap_or_else(|error| panic!("{error}"));
+    let report = foretold(&load(TANK, overrides).case);
+    ran(TANK, overrides, folder, On::threads(1).steps(1));
     [report.particles.expect("moving particles").fluid as Real, poured(folder)]
 }
 
@@ -77,8 +74,7 @@ fn water_of_any_shape_is_foretold() {
     let volumes = |changes: &[&str]| -> [Real; 2] {
         let text = TANK.replace("[preparation]\ncache = false\n", &GRAINS.replace("motion = \"fixed\"", "count = 100"));
         let packed = ["grains.0.placement={ packed = {} }", "domain.size=[\"16 mm\",\"6 mm\",\"40 mm\"]"];
-        let loaded = load(&text, &[&packed[..], changes].concat());
-        let report = check::check(&loaded.case, Known::default(), &Machine::this(), 1, &CostModel::default());
+        let report = foretold(&load(&text, &[&packed[..], changes].concat()).case);
         [report.liquids[0].volume_m3.expect("a volume"), report.particles.expect("moving particles").fluid as Real]
     };
     let with = |place: &str| {
@@ -101,8 +97,7 @@ fn a_tank_without_grains_shows_its_water() {
     let scratch = Scratch::new("water-drawn");
     let drawn = |name: &str, text: &str| {
         let folder = scratch.join(name);
-        let loaded = load(text, &["output.figures={ at = [\"0.4 ms\"] }"]);
-        start(&loaded, &folder, On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
+        ran(text, &["output.figures={ at = [\"0.4 ms\"] }"], &folder, On::threads(1));
         let mut found = std::fs::read_dir(folder.join("figures")).expect("a folder");
         std::fs::read_to_string(found.next().expect("a picture").expect("an entry").path()).expect("a text")
     };
@@ -119,10 +114,9 @@ fn warnings_about_a_bed_need_one() {
     let shaken = "frame.motion={ amplitude = [\"1 mm\", \"0 mm\", \"0 mm\"], frequency = \"5 Hz\" }";
     let warned = |text: &str| {
         let loaded = load(text, &[shaken, "boundary.all=no_slip", "boundary.x3_upper=outflow"]);
-        let feasible = feasible::check(&loaded, &Machine::this(), &CostModel::default()).expect("a case");
-        let warnings: Vec<String> =
-            feasible.warnings.records(&loaded.source).iter().map(|record| record.message.clone()).collect();
-        warnings.iter().any(|message| message.contains("the boundary layer on the bed"))
+        let (runs, found) = before_run(&loaded, &Machine::this());
+        assert!(runs, "{found:?}");
+        found.iter().any(|message| message.contains("the boundary layer on the bed"))
     };
     assert!(!warned(TANK));
     assert!(warned(&TANK.replace("[preparation]\ncache = false\n", GRAINS)));
@@ -154,12 +148,10 @@ fn water_between_held_grains_without_a_floor_is_prepared_at_rest_and_then_falls(
         "particles.dt=0.1 ms",
     ];
     let folder = scratch.join("run");
-    start(&load(&text, &full), &folder, On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
-    let left = Left::in_folder(&folder);
-    let [times, momenta] = ["time", "momentum_3"].map(|column| left.column(column));
+    let left = ran(&text, &full, &folder, On::threads(1));
     let mass = 1e-6 * poured(&folder);
-    assert_eq!(momenta[0], 0.0, "it has not fallen while it was prepared");
+    assert_eq!(left.column("momentum_3")[0], 0.0, "it has not fallen while it was prepared");
     // Drag takes little in so short a time.
-    let fallen = momenta.last().expect("rows") / (mass * 9.81 * times.last().expect("rows"));
+    let fallen = left.last("momentum_3") / (mass * 9.81 * left.last("time"));
     assert!((-1.0..-0.7).contains(&fallen), "{fallen}");
 }

@@ -3,10 +3,8 @@
 use sazanami::check::CostModel;
 use sazanami::feasible;
 use sazanami::machine::Machine;
-use sazanami::run;
-use sazanami::stop::Stop;
 
-use crate::support::{Listener, On, Scratch, load};
+use crate::support::{On, Scratch, heard, load};
 
 /// A drop in a box of 20 mm, between the places of a lattice of particles of 2 mm.
 fn drop(diameter: &str) -> String {
@@ -31,10 +29,8 @@ fn told(text: &str) -> (Vec<String>, Option<Vec<String>>) {
         Err(error) => (records(&error.diagnostics), None),
         Ok(feasible) => {
             let folder = Scratch::new("poured");
-            let mut listener = Listener::default();
-            run::run(&loaded, &On::threads(1).steps(1).options(Some(&folder.join("run"))), &mut listener, &Stop::new())
-                .expect("the run ends well");
-            (records(&feasible.warnings), Some(listener.messages))
+            let said = heard(&loaded, &On::threads(1).steps(1).options(Some(&folder.join("run")))).messages;
+            (records(&feasible.warnings), Some(said))
         }
     }
 }

@@ -4,27 +4,18 @@ use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
 use sazanami::case::{self, LoadedCase};
-use sazanami::check::{self, CheckReport, CostModel, Known};
-use sazanami::machine::Machine;
+use sazanami::check::{self, CheckReport};
 use sazanami::progress::StepLine;
-use sazanami::run;
-use sazanami::stop::Stop;
+use sazanami::run::RunOptions;
 use sazanami_dem::TangentialForce;
 use sazanami_numerics::Real;
 
-use crate::support::{Listener, On, Scratch, load, start};
-
-fn predicted(loaded: &LoadedCase) -> CheckReport {
-    check::check(&loaded.case, Known::default(), &Machine::this(), 1, &CostModel::default())
-}
+use crate::support::{On, Scratch, foretold, heard, load, owned, start};
 
 /// The first step of a case.
 fn first_step(loaded: &LoadedCase, folder: &Scratch) -> StepLine {
-    let (stop, mut listener) = (Stop::new(), Listener::default());
-    let mut options = On::threads(2).steps(1).options(Some(&folder.join("run")));
-    options.force = true;
-    run::run(loaded, &options, &mut listener, &stop).unwrap_or_else(|error| panic!("{error}"));
-    *listener.lines.iter().find(|line| line.phase == "flow").expect("the flow has made a step")
+    let options = RunOptions { force: true, ..On::threads(2).steps(1).options(Some(&folder.join("run"))) };
+    *heard(loaded, &options).lines.iter().find(|line| line.phase == "flow").expect("the flow has made a step")
 }
 
 /// The length of the step, its limit and the sub-steps of the grains in it.
@@ -63,7 +54,7 @@ fn the_first_step_of_shipped_cases_without_a_bed_is_that_of_check() {
             if loaded.case.has_bed() {
                 continue;
             }
-            let (report, step) = (predicted(&loaded), first_step(&loaded, &folder));
+            let (report, step) = (foretold(&loaded.case), first_step(&loaded, &folder));
             let name = format!("{} {solver}", path.file_name().unwrap_or_default().display());
             assert!(agree(&report, &step), "{name}: {:?}, not {step:?}", described(&report));
             compared.push(name);
@@ -132,7 +123,7 @@ fn the_first_step_of_random_cases_is_that_of_check() {
     let mut told_apart = 0;
     for number in 0..12 {
         let loaded = random_case(number, &mut random);
-        let (report, step) = (predicted(&loaded), first_step(&loaded, &folder));
+        let (report, step) = (foretold(&loaded.case), first_step(&loaded, &folder));
         assert!(agree(&report, &step), "case {number}: {:?}, not {step:?}", described(&report));
         // Negative control: a sphere that forces across the normal would not turn, of leverage 1 and not 3.5.
         let mass = report.populations[0].mass_kg.expect("a sphere has a mass");
@@ -149,9 +140,8 @@ fn the_first_step_of_random_cases_is_that_of_check() {
 fn sub_steps_follow_the_allowed_error() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/raindrop/quick.toml");
     let with = |overrides: &[&str]| {
-        let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
-        let loaded = case::load(&path, &overrides).unwrap_or_else(|error| panic!("{error}"));
-        let report = predicted(&loaded);
+        let loaded = case::load(&path, &owned(overrides)).unwrap_or_else(|error| panic!("{error}"));
+        let report = foretold(&loaded.case);
         let errors = report.impact_errors.expect("grains move");
         (check::explain(&loaded.case, &report), report.dt_s / report.substeps as Real, errors)
     };
@@ -174,8 +164,8 @@ fn sub_steps_follow_the_allowed_error() {
 fn check_foretells_the_work_of_softer_springs() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/raindrop/quick.toml");
     let grains = |change: &str| {
-        let loaded = case::load(&path, &["run={ until = \"60 ms\" }".to_owned(), change.to_owned()]).unwrap();
-        let report = predicted(&loaded);
+        let loaded = case::load(&path, &owned(&["run={ until = \"60 ms\" }", change])).unwrap();
+        let report = foretold(&loaded.case);
         report.predicted_s.iter().find(|(part, _)| *part == "grains").expect("grains move").1
     };
     let own = grains("dem={}");
@@ -208,12 +198,12 @@ fn the_first_step_with_given_velocities_is_that_of_check() {
     let honey = "fluid.liquid={density=\"1000 kg/m^3\",kinematic_viscosity=\"1 m^2/s\"}";
     for changes in [&[][..], &[uniform], &[turning], &[deforming], &[turning, honey, "fluid.viscosity=explicit"]] {
         let loaded = load(BASE, &[&MOVING, changes].concat());
-        let (report, step) = (predicted(&loaded), first_step(&loaded, &folder));
+        let (report, step) = (foretold(&loaded.case), first_step(&loaded, &folder));
         assert!(agree(&report, &step), "{changes:?}: {:?}, not {step:?}", described(&report));
         assert_eq!(step.limiter, "advective");
         // Negative control: without the velocity of the liquid the initial one alone allows a longer step, and that of a
         // flow that is given is not touched.
-        let without = predicted(&load(BASE, &[&MOVING[..], changes, &[still]].concat())).dt_s;
+        let without = foretold(&load(BASE, &[&MOVING[..], changes, &[still]].concat()).case).dt_s;
         let is_given = changes.iter().any(|change| change.contains("carrying"));
         assert!(if is_given { without == report.dt_s } else { without > 1.2 * report.dt_s }, "{changes:?} {without}");
     }
@@ -230,14 +220,14 @@ fn a_drop_in_flight_may_halve_the_first_step() {
         "liquid.0.velocity=[\"0 m/s\", \"0 m/s\", \"-2 m/s\"]",
     ];
     let loaded = load(BASE, &drop);
-    let (report, step) = (predicted(&loaded), first_step(&loaded, &folder));
+    let (report, step) = (foretold(&loaded.case), first_step(&loaded, &folder));
     assert_eq!((step.limiter, described(&report).1), ("advective", "advective"));
     let of_predicted = step.dt / report.dt_s;
     println!("{of_predicted} of the step predicted");
     // Negative control: without what is said the step would be wrong by far.
     assert!((0.45..0.8).contains(&of_predicted), "{of_predicted}");
     let says = |report: &CheckReport| report.limits.iter().any(|limit| limit.rule.contains("about half of that once"));
-    assert!(says(&report) && !says(&predicted(&load(BASE, &MOVING))));
+    assert!(says(&report) && !says(&foretold(&load(BASE, &MOVING).case)));
 }
 
 /// Steel spheres that settle in water, and boxes that fall through air into it: both speed up from rest.
@@ -276,7 +266,7 @@ fn steps_of_a_run_in_which_bodies_speed_up_lie_within_the_range() {
     let folder = Scratch::new("speeding-up");
     for (name, overrides) in [("settling", &[][..]), ("falling", &falling[..]), ("dam", &dam[..])] {
         let loaded = load(BASE, &[&SETTLING, overrides].concat());
-        let report = predicted(&loaded);
+        let report = foretold(&loaded.case);
         let steps = start(&loaded, &folder.join(name), On::threads(2)).unwrap_or_else(|error| panic!("{error}")).steps;
         println!("{name}: {} to {} steps predicted, {steps} made", report.steps, report.most_steps);
         assert!((report.steps..=report.most_steps).contains(&(steps as Real)), "{name}: {steps}");
@@ -292,15 +282,15 @@ const DROP: &str = include_str!("../cases/predictions-drop.toml");
 #[test]
 fn outputs_that_end_steps_are_in_the_forecast() {
     let folder = Scratch::new("cadence");
-    let steps = |overrides: &[&str]| predicted(&load(DROP, overrides)).steps;
+    let steps = |overrides: &[&str]| foretold(&load(DROP, overrides).case).steps;
     let plain = steps(&[]);
     let fine = load(DROP, &["output.series.every=10 us"]);
-    let report = predicted(&fine);
+    let report = foretold(&fine.case);
     assert_eq!((report.steps, report.most_steps), (200.0, 200.0), "one each 10 us; {plain} without");
     assert!(agree(&report, &first_step(&fine, &folder)), "{:?}", described(&report));
     let summary = start(&fine, &folder.join("fine"), On::threads(1)).unwrap();
     assert_eq!(summary.steps as Real, report.steps);
-    assert!(report.predicted_total_s > 4.0 * predicted(&load(DROP, &[])).predicted_total_s);
+    assert!(report.predicted_total_s > 4.0 * foretold(&load(DROP, &[]).case).predicted_total_s);
     // Listed times and checkpoints too; probes end no step. The negative control: a longer cadence than the step.
     assert!(plain < 20.0, "{plain}");
     assert_eq!(steps(&["checkpoint.every=20 us"]), 100.0);

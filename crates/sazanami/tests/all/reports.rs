@@ -2,12 +2,10 @@
 
 use std::f64::consts::PI;
 
-use crate::support::{Left, On, Scratch, load, start};
+use crate::support::{Left, On, Scratch, go_on_with, ran};
 
 fn run(name: &str, text: &str, overrides: &[&str]) -> Left {
-    let folder = Scratch::new(name);
-    start(&load(text, overrides), &folder.join("run"), On::threads(1)).unwrap_or_else(|error| panic!("{error}"));
-    Left::in_folder(&folder.join("run"))
+    ran(text, overrides, &Scratch::new(name).join("run"), On::threads(1))
 }
 
 fn largest(left: &Left, column: &str) -> f64 {
@@ -21,9 +19,9 @@ const SEAM: &str = include_str!("../cases/reports-seam.toml");
 #[test]
 fn grains_that_are_fed_in_do_not_overlap_across_periodic_sides() {
     let left = run("report-seam", SEAM, &[]);
-    let fed = left.column("fed_grains");
+    let fed = left.last("fed_grains");
     // One each 1.7 ms, in a stream in which they have a tenth of the room that discs have: some wait.
-    assert!((9.0..=12.0).contains(&fed[fed.len() - 1]), "{fed:?}");
+    assert!((9.0..=12.0).contains(&fed), "{fed}");
     assert!(largest(&left, "largest_overlap") < 0.02);
 }
 
@@ -35,13 +33,10 @@ fn a_longer_run_is_fed_as_long() {
     let folder = Scratch::new("report-longer");
     let go_on = |name: &str, more: &[&str]| {
         let place = folder.join(name);
-        start(&load(SEAM, &[&sparse[..], more].concat()), &place, On::threads(1))
-            .unwrap_or_else(|error| panic!("{error}"));
-        let first = count(&Left::in_folder(&place));
+        let first = count(&ran(SEAM, &[&sparse[..], more].concat(), &place, On::threads(1)));
         let mut options = On::threads(1).options(None);
         options.until = Some(40e-3);
-        let (stop, mut listener) = (sazanami::stop::Stop::new(), crate::support::Listener::default());
-        sazanami::run::resume(&place, &options, &mut listener, &stop).unwrap_or_else(|error| panic!("{error}"));
+        go_on_with(&place, &options).0.unwrap_or_else(|error| panic!("{error}"));
         [first, count(&Left::in_folder(&place))]
     };
     assert_eq!(go_on("open", &[]), [2.0, 4.0]);
@@ -57,7 +52,7 @@ fn the_restitution_asked_for_holds_between_balls_of_one_and_twenty() {
     let measured = |restitution: f64| {
         let change = format!("contact.default.restitution={restitution}");
         let left = run(&format!("report-unlike-{restitution}"), BALLS, &[&change]);
-        let speed = |n: usize| *left.probes[n].1.column("velocity_1").last().expect("it was read");
+        let speed = |n: usize| left.probes[n].1.last("velocity_1");
         speed(1) - speed(0)
     };
     for restitution in [0.2, 0.4, 0.9] {

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::support::{Left, On, Scratch, load, start};
+use crate::support::{On, Scratch, ran};
 use sazanami_numerics::Real;
 
 const BOX: &str = include_str!("../cases/sides-observed-box.toml");
@@ -20,17 +20,18 @@ fn read(
     for (name, place) in probes {
         let _ = write!(text, "[[probe]]\nname = \"{name}\"\n{place}\nevery = \"1 ms\"\n");
     }
-    start(&load(&text, overrides), scratch.path(), on).unwrap_or_else(|error| panic!("{error}"));
-    let left = Left::in_folder(scratch.path());
-    move |probe: &str, column: &str| {
-        let file = format!("{probe}.csv");
-        let table = &left.probes.iter().find(|(name, _)| *name == file).expect("it is a probe").1;
-        *table.column(column).last().expect("it was read")
-    }
+    let left = ran(&text, overrides, scratch.path(), on);
+    move |probe: &str, column: &str| left.probe(probe).last(column)
 }
 
 fn mm(x: Real) -> String {
     format!("\"{x} mm\"")
+}
+
+/// Probes at `points` \[mm], `p0` and so on.
+fn at_points(points: &[[Real; 3]]) -> Vec<(String, String)> {
+    let probe = |(n, point): (usize, &[Real; 3])| (format!("p{n}"), format!("point = [{}]", point.map(mm).join(", ")));
+    points.iter().enumerate().map(probe).collect()
 }
 
 #[test]
@@ -139,11 +140,7 @@ fn points_on_walls_read_the_wall() {
     let pool = "liquid=[{ region.half_space = { point = [\"0 m\", \"0 m\", \"12 mm\"] } }]";
     let points =
         [[16.0, 8.0, 0.0], [0.0, 0.0, 0.0], [32.0, 16.0, 0.0], [32.0, 8.0, 6.0], [16.0, 8.0, 6.0], [16.0, 8.0, 10.0]];
-    let probes: Vec<(String, String)> = points
-        .iter()
-        .enumerate()
-        .map(|(n, [x, y, z])| (format!("p{n}"), format!("point = [{}, {}, {}]", mm(*x), mm(*y), mm(*z))))
-        .collect();
+    let probes = at_points(&points);
     let water = 1000.0 * 9.8;
     for on in [On::threads(1), On::ranks(4, 1)] {
         let at = read(BOX, &probes, &[pool], &format!("walls-{}", on.ranks), on);
@@ -176,11 +173,7 @@ fn points_on_open_sides_read_the_fluid_outside() {
     let open = "boundary={ all = \"slip\", x3_lower = { fixed_pressure = { fluid = \"liquid\" } } }";
     let points =
         [[16.0, 8.0, 0.0], [0.0, 0.0, 0.0], [32.0, 16.0, 0.0], [32.0, 8.0, 0.0], [15.3, 8.4, 0.0], [16.0, 8.0, 7.0]];
-    let mut probes: Vec<(String, String)> = points
-        .iter()
-        .enumerate()
-        .map(|(n, [x, y, z])| (format!("p{n}"), format!("point = [{}, {}, {}]", mm(*x), mm(*y), mm(*z))))
-        .collect();
+    let mut probes = at_points(&points);
     probes.push(("floor".to_owned(), "plane.x3 = \"0 mm\"".to_owned()));
     for on in [On::threads(1), On::ranks(4, 1)] {
         let at = read(BOX, &probes, &[full, open], &format!("open-{}", on.ranks), on);
@@ -227,12 +220,7 @@ fn points_of_moving_particles_on_walls_read_the_wall() {
     let case = include_str!("../cases/sides-observed-tank.toml");
     let points =
         [[6.0, 6.0, 0.0], [0.0, 0.0, 0.0], [12.0, 12.0, 0.0], [12.0, 6.0, 0.0], [12.0, 6.0, 10.0], [6.0, 6.0, 10.0]];
-    let probes: Vec<(String, String)> = points
-        .iter()
-        .enumerate()
-        .map(|(n, [x, y, z])| (format!("p{n}"), format!("point = [{}, {}, {}]", mm(*x), mm(*y), mm(*z))))
-        .collect();
-    let at = read(case, &probes, &[], "tank", On::threads(1));
+    let at = read(case, &at_points(&points), &[], "tank", On::threads(1));
     let pressure = |n: usize| at(&format!("p{n}"), "pressure");
     // On floor, edges and in corners alike; the discrete pressure is within a quarter of a spacing of that of its depth.
     for (n, [.., z]) in points.iter().enumerate() {

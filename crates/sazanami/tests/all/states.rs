@@ -6,13 +6,12 @@ use std::sync::{Arc, Mutex};
 
 use sazanami::case::LoadedCase;
 use sazanami::finished::Finished;
-use sazanami::run::{RunOptions, run};
+use sazanami::run::RunOptions;
 use sazanami::saved;
 use sazanami::state::{Array, Every, Onlooker, Showing, State, Values, WaterState};
-use sazanami::stop::Stop;
 use sazanami_numerics::Real;
 
-use crate::support::{Left, Listener, On, Scratch, load, start};
+use crate::support::{Left, On, Scratch, heard, load, ran};
 
 const DROP: &str = include_str!("../cases/states-drop.toml");
 
@@ -30,7 +29,7 @@ fn watched(case: &LoadedCase, folder: &Path, on: On, every: Every) -> Vec<State>
     let seen = Arc::new(Seen::default());
     let showing = Some(Showing { every, to: Arc::clone(&seen) as Arc<dyn Onlooker> });
     let options = RunOptions { showing, ..on.options(Some(folder)) };
-    run(case, &options, &mut Listener::default(), &Stop::new()).expect("the case runs");
+    heard(case, &options);
     std::mem::take(&mut *seen.0.lock().expect("nobody panicked"))
 }
 
@@ -52,7 +51,7 @@ fn of_water(state: &State, name: &str) -> Vec<Real> {
 #[test]
 fn states_are_seen_as_they_are_written_and_change_nothing() {
     let scratch = Scratch::new("states");
-    start(&load(DROP, &[]), &scratch.join("alone"), On::threads(1)).unwrap();
+    ran(DROP, &[], &scratch.join("alone"), On::threads(1));
     let states = watched(&load(DROP, &[]), &scratch.join("watched"), On::threads(2), Every::Steps(1));
     let steps: Vec<u64> = states.iter().filter_map(|state| state.step).collect();
     assert_eq!(steps, (0..steps.len() as u64).collect::<Vec<_>>());
@@ -105,10 +104,7 @@ fn where_liquid_has_no_room_nothing_is_reported() {
         let case = load(HELD, &[&format!("coupling.exchange={exchange}")]);
         (watched(&case, &folder, On::ranks(ranks, 1), Every::Steps(1)).remove(0), Left::in_folder(&folder))
     };
-    let first = |left: &Left, probe: &str, column: &str| {
-        let table = left.probes.iter().find(|(name, _)| name == &format!("{probe}.csv")).expect("the probe is there");
-        table.1.column(column)[0]
-    };
+    let first = |left: &Left, probe: &str, column: &str| left.probe(probe).column(column)[0];
     let close = |a: Real, b: Real| (a - b).abs() < 1e-9;
     for ranks in [1, 2] {
         let (state, left) = run_with("surface", ranks);
@@ -145,9 +141,7 @@ fn liquid_in_the_bed_is_that_below_its_first_surface() {
     let exact = 36.0 * (0.4 - slab);
     for (exchange, ranks) in [("stress", 1), ("surface", 1), ("surface", 2)] {
         let folder = scratch.join(&format!("{exchange}-{ranks}"));
-        let case = load(SOAKED, &[&format!("coupling.exchange={exchange}")]);
-        start(&case, &folder, On::ranks(ranks, 1)).unwrap();
-        let left = Left::in_folder(&folder);
+        let left = ran(SOAKED, &[&format!("coupling.exchange={exchange}")], &folder, On::ranks(ranks, 1));
         let found = |name: &str| left.summary["observables"]["soaked"][name].as_f64().unwrap();
         let [depth, volume] = ["wetted_depth", "soaked_volume"].map(|name| left.column(name)[0]);
         // The tops of the spheres, smoothed.
@@ -158,13 +152,8 @@ fn liquid_in_the_bed_is_that_below_its_first_surface() {
         assert!((36.0 * 0.4 / exact - 1.0).abs() > 0.5);
     }
     // Negative control: a bed without liquid in it.
-    let dry = load(
-        SOAKED,
-        &[
-            "liquid=[{ region.box = { lower = [\"0 mm\", \"0 mm\", \"2 mm\"], upper = [\"6 mm\", \"6 mm\", \"3 mm\"] } }]",
-        ],
-    );
-    start(&dry, &scratch.join("dry"), On::threads(1)).unwrap();
-    let left = Left::in_folder(&scratch.join("dry"));
+    let above =
+        "liquid=[{ region.box = { lower = [\"0 mm\", \"0 mm\", \"2 mm\"], upper = [\"6 mm\", \"6 mm\", \"3 mm\"] } }]";
+    let left = ran(SOAKED, &[above], &scratch.join("dry"), On::threads(1));
     assert_eq!(["wetted_depth", "soaked_volume"].map(|name| left.column(name)[0]), [0.0, 0.0]);
 }

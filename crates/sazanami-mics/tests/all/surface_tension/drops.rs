@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use sazanami_dem::{Engine, Interactions, LinearSpringDashpot, Setup};
+use sazanami_dem::Engine;
 use sazanami_mics::boundary::{Boundary, Side};
 use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
 use sazanami_mics::grains::Coupling;
@@ -16,6 +16,8 @@ use sazanami_numerics::grid::Grid;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{Communicator, Solo};
+
+use crate::support::no_grains;
 
 pub const SIGMA: Real = 1.0;
 pub const FLUIDS: Fluids =
@@ -172,13 +174,6 @@ impl Case {
         let scaled = |x: Vector| (x - self.centre) / self.semi_axes;
         let gradient = |x: Vector| (x - self.centre) / (self.semi_axes * self.semi_axes);
         fill(&domain, &boundary, &mut flow, |x| scaled(x).length() - 1.0, |x| largest(gradient(x)));
-        let setup = Setup {
-            bodies: Vec::new(),
-            interactions: Interactions::uniform(0, LinearSpringDashpot::SAND),
-            walls: Vec::new(),
-            region: [Vector::NEG_INFINITY, Vector::INFINITY],
-            ghost_margin: 0.0,
-        };
         let settings = GridSettings {
             gravity: Vector::ZERO,
             limits: StepLimits::up_to(1.0),
@@ -189,13 +184,13 @@ impl Case {
         let (shapes, coupling) = (Arc::from([]), Coupling::default());
         match from {
             None => {
-                let engine = Engine::new(&domain, setup, &[]).expect("no grains");
+                let engine = Engine::new(&domain, no_grains(), &[]).expect("no grains");
                 Solver::new(domain, boundary, settings, flow, engine, shapes, coupling)
                     .expect("a drop at rest")
                     .with_surface_tension(Some(tension))
             }
             Some(snapshot) => {
-                let engine = Engine::restore(&domain, setup, GRAINS, snapshot).expect("no grains");
+                let engine = Engine::restore(&domain, no_grains(), GRAINS, snapshot).expect("no grains");
                 let tension = tension.restore(&domain, snapshot).expect("the snapshot is of this case");
                 Solver::restore(domain, boundary, settings, flow, engine, shapes, coupling, snapshot)
                     .expect("the snapshot is of this case")

@@ -186,48 +186,38 @@ pub(super) fn tables(observer: &GridObserver, clock: &Clock, files: &mut Files) 
 
 /// Writes the fields for ParaView. All ranks take part.
 pub(super) fn fields(solver: &Solver, Output { job, clock, files }: Output) -> Result<(), RecordError> {
-    let domain = solver.domain();
-    let flow = solver.flow();
-    let Fractions { liquid, beside_grains } = Fractions::gather(solver);
-    let pressure = domain.gather(solver.pressure());
-    let mut velocity = flow.velocity.each_ref().map(|u| domain.gather(u));
-    let Some(files) = files else { return Ok(()) };
-    let [shift, drift] = job.case.to_written_frame(clock.time());
-    for (u, drift) in velocity.iter_mut().zip(drift.to_array()).filter(|(_, drift)| *drift != 0.0) {
-        u.iter_mut().for_each(|u| *u += drift);
-    }
-    let mut scalars = vec![("liquid_fraction", &liquid), ("pressure", &pressure)];
-    if let Some([solid, outside]) = &beside_grains {
-        scalars.extend([("liquid_outside_grains", outside), ("solid_fraction", solid)]);
-    }
-    let parts = velocity.each_ref().map(Vec::as_slice);
-    let mut arrays = Vec::new();
-    for (name, values) in scalars {
-        arrays.push(match files.precision {
-            FieldPrecision::Single => DataArray::rounded(name, 1, values.iter().copied()),
-            FieldPrecision::Double => DataArray::new(name, 1, values),
-        });
-    }
-    arrays.push(match files.precision {
-        FieldPrecision::Single => DataArray::rounded_vectors("velocity", parts),
-        FieldPrecision::Double => DataArray::vectors("velocity", parts),
-    });
-    let grid = Grid { lower: domain.grid().lower + shift, ..*domain.grid() };
+    let (Some((grid, mut values)), Some(files)) = (gathered(solver, job, clock), files) else { return Ok(()) };
+    // Files have the scalars first.
+    values.rotate_left(1);
+    let in_file = match files.precision {
+        FieldPrecision::Single => Array::rounded,
+        FieldPrecision::Double => Array::as_it_is,
+    };
+    let arrays: Vec<DataArray> = values.iter().map(in_file).collect();
     let (time, frame) = (Some(clock.time()), Some(job.case.output.frame.word()));
     files.image(clock, &ImageFile { grid: &grid, time, cells: &arrays, scalars: Some("liquid_fraction"), frame })
 }
 
 /// The water as arrays, by the names of its files; on rank 0. All ranks take part.
 pub(super) fn state(solver: &Solver, job: &Job, clock: &Clock) -> Option<WaterState> {
+    gathered(solver, job, clock).map(|(grid, arrays)| WaterState::Grid { grid, arrays })
+}
+
+/// The grid in the frame that is written and the values in its cells, the velocity first; on rank 0. All ranks take part.
+fn gathered(solver: &Solver, job: &Job, clock: &Clock) -> Option<(Grid, Vec<Array>)> {
     let domain = solver.domain();
     let Fractions { liquid, beside_grains } = Fractions::gather(solver);
     let pressure = domain.gather(solver.pressure());
-    let [u, v, w] = solver.flow().velocity.each_ref().map(|u| domain.gather(u));
+    let mut velocity = solver.flow().velocity.each_ref().map(|u| domain.gather(u));
     if domain.communicator().rank() != 0 {
         return None;
     }
     let [shift, drift] = job.case.to_written_frame(clock.time());
-    let velocity = u.iter().zip(&v).zip(&w).flat_map(|((u, v), w)| [u + drift.x, v + drift.y, w + drift.z]);
+    for (u, drift) in velocity.iter_mut().zip(drift.to_array()).filter(|(_, drift)| *drift != 0.0) {
+        u.iter_mut().for_each(|u| *u += drift);
+    }
+    let [u, v, w] = &velocity;
+    let velocity = u.iter().zip(v).zip(w).flat_map(|((&u, &v), &w)| [u, v, w]);
     let mut arrays = vec![Array::reals("velocity", 3, velocity)];
     let mut scalars = vec![("liquid_fraction", liquid), ("pressure", pressure)];
     if let Some([solid, outside]) = beside_grains {
@@ -235,7 +225,7 @@ pub(super) fn state(solver: &Solver, job: &Job, clock: &Clock) -> Option<WaterSt
     }
     arrays.extend(scalars.into_iter().map(|(name, values)| Array::reals(name, 1, values)));
     let grid = Grid { lower: domain.grid().lower + shift, ..*domain.grid() };
-    Some(WaterState::Grid { grid, arrays })
+    Some((grid, arrays))
 }
 
 /// Parts of the cells of the whole box, on rank 0.

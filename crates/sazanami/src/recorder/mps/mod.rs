@@ -21,7 +21,6 @@ use serde_json::{Map, json};
 
 use super::bed::GatheredGrains;
 use super::files::Files;
-use super::grain_files::OwnArray;
 use super::observer::{DoneStep, Observer, Output, SeriesCell, SummaryParts, Warning};
 use crate::case::meaning::{self, Case, LayerReference, ProbePlace, TankMotion};
 use crate::check::{BedReport, bed_flow};
@@ -204,8 +203,6 @@ impl Observer for ParticleObserver {
     type Water = Solver;
 
     const SERIES: &'static [SeriesCell<Self>] = series::SERIES;
-    const SERIES_OF_CRATER: &'static [SeriesCell<Self>] = &[];
-    const SERIES_OF_INTERFACE: &'static [SeriesCell<Self>] = &[];
 
     fn new(job: &Job) -> Self {
         Self {
@@ -323,10 +320,6 @@ impl Observer for ParticleObserver {
         let (tank, written) =
             (tank_motion(self.moving.as_ref(), clock.time()), job.case.to_written_frame(clock.time()));
         [0, 1].map(|n| tank[n] - written[n])
-    }
-
-    fn grain_arrays(&self) -> Vec<OwnArray<'_>> {
-        fields::grain_arrays(&self.gathered)
     }
 
     fn water_state(&mut self, job: &Job, clock: &Clock, water: &mut Solver) -> Option<WaterState> {

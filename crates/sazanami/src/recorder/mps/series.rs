@@ -2,7 +2,7 @@
 
 use sazanami_io::table::Value;
 use sazanami_numerics::Real;
-use sazanami_observe::ripples::{CrestedRipples, LayerMeans, Mound};
+use sazanami_observe::ripples::{CrestedRipples, LayerMeans, Mound, SurfaceProfile};
 use serde_json::json;
 
 use super::{BedMeasures, ParticleObserver, TankSums};
@@ -159,29 +159,22 @@ pub(in crate::recorder) const CONSERVATION: &[Field<ParticleObserver>] = quantit
         => |observer| json!(observer.momentum.relative_residual());
 };
 
-/// A place of the water's surface at a time.
-pub(in crate::recorder) struct WaterPlace {
+/// A place of a surface, of the water or of the bed, at a time.
+pub(in crate::recorder) struct SurfacePlace {
     time: Real,
     x: Real,
     height: Option<Real>,
 }
 
 /// Columns of the profiles of the water.
-pub(in crate::recorder) const WATER: &[Cell<WaterPlace>] = quantities! {
+pub(in crate::recorder) const WATER: &[Cell<SurfacePlace>] = quantities! {
     "time", "s", "simulated time" => |at| at.time.into();
     "x", "m", "place along x1" => |at| at.x.into();
     "z", "m", "height of the water's surface" => |at| at.height.into();
 };
 
-/// A place of the bed's surface at a time.
-pub(in crate::recorder) struct BedPlace {
-    time: Real,
-    x: Real,
-    height: Option<Real>,
-}
-
 /// Columns of the profiles of the bed.
-pub(in crate::recorder) const BED: &[Cell<BedPlace>] = quantities! {
+pub(in crate::recorder) const BED: &[Cell<SurfacePlace>] = quantities! {
     "time", "s", "simulated time" => |at| at.time.into();
     "x", "m", "place along x1" => |at| at.x.into();
     "z_concentration", "m", "height of the bed: the highest place at which grains, averaged across the tank, take up 0.30 of the space"
@@ -210,18 +203,18 @@ pub(in crate::recorder) const LAYERS: &[Quantity<LayerValue>] = quantities! {
     "grains", "", "number of grains" => |at| at.means.grain_count.into();
 };
 
+/// A row for each place of a surface at a time \[s].
+fn rows(columns: &[Cell<SurfacePlace>], time: Real, surface: &SurfaceProfile) -> Vec<Vec<Value>> {
+    let place = |n: usize| SurfacePlace { time, x: surface.x(n), height: surface.heights[n] };
+    (0..surface.len()).map(|n| cells(columns, &place(n)).collect()).collect()
+}
+
 /// Adds what was measured last to the tables beside the series.
 pub(super) fn tables(observer: &ParticleObserver, clock: &Clock, files: &mut Files) -> Result<(), RecordError> {
     let time = clock.time();
-    let surface = &observer.water;
-    let place = |n: usize| WaterPlace { time, x: surface.x(n), height: surface.heights[n] };
-    let rows: Vec<Vec<Value>> = (0..surface.len()).map(|n| cells(WATER, &place(n)).collect()).collect();
-    files.add(WATER_PROFILES, || headings(WATER), clock, &rows)?;
+    files.add(WATER_PROFILES, || headings(WATER), clock, &rows(WATER, time, &observer.water))?;
     let Some(found) = &observer.found else { return Ok(()) };
-    let bed = &found.bed;
-    let place = |n: usize| BedPlace { time, x: bed.x(n), height: bed.heights[n] };
-    let rows: Vec<Vec<Value>> = (0..bed.len()).map(|n| cells(BED, &place(n)).collect()).collect();
-    files.add(BED_PROFILES, || headings(BED), clock, &rows)?;
+    files.add(BED_PROFILES, || headings(BED), clock, &rows(BED, time, &found.bed))?;
     let layers = ["lower", "upper"].into_iter().zip(&found.layers);
     let rows: Vec<Vec<Value>> =
         layers.map(|(name, means)| cells(LAYERS, &LayerAt { time, name, means }).collect()).collect();

@@ -2,15 +2,13 @@
 
 use std::path::Path;
 
-use sazanami::case;
 use sazanami::case::meaning::Solver;
 use sazanami::case::resolved::{self, Paths};
-use sazanami::error::{CommandError, exit};
 use sazanami_mps::scheme::ParticleProjection;
 use sazanami_numerics::Real;
 
 use super::{FORMULA, TANK, recorded, warned};
-use crate::support::{Scratch, load};
+use crate::support::{Scratch, load, refusal};
 
 #[test]
 fn the_projection_suits_the_case_and_the_radius_the_projection() {
@@ -27,8 +25,7 @@ fn the_projection_suits_the_case_and_the_radius_the_projection() {
     let (conjugate, enhanced) = (ParticleProjection::Conjugate, ParticleProjection::Enhanced);
     assert_eq!(of(dam, &[]), (conjugate, 2.6));
     assert_eq!(of(dam, &["particles.radius=3.1"]), (conjugate, 3.1));
-    let alone = case::parse(Path::new("dam.toml"), dam, &["particles.projection=enhanced".to_owned()]);
-    let alone = alone.expect_err("without its preset").to_string();
+    let alone = refusal(dam, &["particles.projection=enhanced"]);
     assert!(
         alone.contains("part of `preset = \"paper_literal\"`") && alone.contains("leave `projection` out"),
         "{alone}"
@@ -37,16 +34,13 @@ fn the_projection_suits_the_case_and_the_radius_the_projection() {
     assert_eq!(of(TANK, &[]), (conjugate, 2.6));
     assert_eq!(of(&format!("preset = \"paper_literal\"\n{TANK}"), &[]), (enhanced, 3.1));
     // Between grains particles are up to half as large again, and so is the least width of a periodic tank.
-    let narrow = TANK.replace("\"8 mm\"", "\"7 mm\"");
-    let short = case::parse(Path::new("tank.toml"), &narrow, &[]).expect_err("7 mm across").to_string();
+    let short = refusal(&TANK.replace("\"8 mm\"", "\"7 mm\""), &[]);
     assert!(short.contains("too short along x2") && short.contains("7.7"), "{short}");
     for key in ["shifting=0.5", "stabilisation=off", "stabilisation_distance=0.9"] {
-        let change = format!("particles.{key}");
-        let message = case::parse(Path::new("dam.toml"), dam, &[change]).expect_err(key).to_string();
+        let message = refusal(dam, &[&format!("particles.{key}")]);
         assert!(message.contains("is no longer a key") && message.contains("leave the key out"), "{message}");
     }
-    let narrow = case::parse(Path::new("dam.toml"), dam, &["particles.radius=2.1".to_owned()]);
-    let message = narrow.expect_err("too narrow").to_string();
+    let message = refusal(dam, &["particles.radius=2.1"]);
     assert!(message.contains("is below 2.6") && message.contains("`radius = 2.6` or more"), "{message}");
 }
 
@@ -93,15 +87,6 @@ fn defaults_written_out_mean_the_same() {
         let least = if case.grains.is_empty() { 8 } else { 16 };
         assert!(written >= least, "{name}: {written} keys");
     }
-}
-
-/// The errors of a changed case.
-fn refused(change: &[&str]) -> String {
-    let overrides: Vec<String> = change.iter().map(|text| (*text).to_owned()).collect();
-    let error = case::parse(Path::new("tank.toml"), TANK, &overrides).expect_err("this is wrong");
-    let error = CommandError::from(error);
-    assert_eq!(error.exit_code(), exit::WRONG_INPUT);
-    error.to_string()
 }
 
 #[test]
@@ -152,13 +137,13 @@ fn wrong_tanks_are_refused_with_a_reason() {
         (vec!["particles.spacng=1 mm".into()], "did you mean `spacing`?"),
     ] {
         let changes: Vec<&str> = changes.iter().map(String::as_str).collect();
-        let message = refused(&changes);
+        let message = refusal(TANK, &changes);
         assert!(message.contains(reason), "{changes:?}: {message}");
     }
     let no_sphere =
         TANK.replace("shape.sphere = { diameter = \"1 mm\" }", "shape.box = { size = [\"1 mm\",\"1 mm\",\"1 mm\"] }");
-    let error = case::parse(Path::new("tank.toml"), &no_sphere, &[]).expect_err("boxes are no spheres");
-    assert!(error.to_string().contains("is no sphere"), "{error}");
+    let boxes = refusal(&no_sphere, &[]);
+    assert!(boxes.contains("is no sphere"), "{boxes}");
     let csv = scratch.join("bad.csv");
     let measured = format!("[[ripples.measured]]\ntime = \"0.1 s\"\nbed = \"{}\"\n[[probe]]", csv.display());
     let with_bed = TANK.replacen("[[probe]]", &measured, 1);
@@ -176,8 +161,8 @@ fn wrong_tanks_are_refused_with_a_reason() {
         (&moved, "t_s,x_m\n0.1,0\n5,0.001\n", "begins after the run"),
     ] {
         std::fs::write(&csv, content).unwrap();
-        let error = case::parse(Path::new("tank.toml"), text, &[]).expect_err(reason);
-        assert!(error.to_string().contains(reason), "{reason}: {error}");
+        let message = refusal(text, &[]);
+        assert!(message.contains(reason), "{reason}: {message}");
     }
 }
 

@@ -6,21 +6,19 @@ mod meaning;
 use std::path::{Path, PathBuf};
 
 use sazanami::analyse::analyse;
-use sazanami::case;
 use sazanami::case::meaning::{Case, TankMotion};
 use sazanami::check::{self, CostModel, Known};
 use sazanami::error::exit;
-use sazanami::feasible;
 use sazanami::machine::Machine;
 use sazanami::progress::StepLine;
-use sazanami::run;
-use sazanami::stop::Stop;
 use sazanami::tanks;
 use sazanami_io::checkpoint::{CheckpointReader, CheckpointWriter};
 use sazanami_numerics::Real;
 use sazanami_test_support::vtk::parse;
 
-use crate::support::{Left, Listener, On, Scratch, Table, go_on, load, start};
+use crate::support::{
+    Left, Listener, On, Scratch, Sketcher, Table, before_run, go_on, heard, interrupted, load, owned, ran, start,
+};
 
 /// A tank of 14 x 8 mm with three layers of grains under as much water, shaken hard.
 const TANK: &str = include_str!("../../cases/moving-particles-tank.toml");
@@ -46,8 +44,7 @@ fn water_alone(more: &str) -> String {
 }
 
 fn run_tank(folder: &Path, overrides: &[&str], on: On) -> Left {
-    start(&load(TANK, overrides), folder, on.steps(STEPS)).unwrap_or_else(|error| panic!("{error}"));
-    Left::in_folder(folder)
+    ran(TANK, overrides, folder, on.steps(STEPS))
 }
 
 fn near(a: &[Real], b: &[Real], tolerance: Real, what: &str) {
@@ -60,11 +57,9 @@ fn near(a: &[Real], b: &[Real], tolerance: Real, what: &str) {
 
 /// The warnings of a changed case.
 fn warned(text: &str, change: &[&str]) -> Vec<String> {
-    let overrides: Vec<String> = change.iter().map(|text| (*text).to_owned()).collect();
-    let loaded = case::parse(Path::new("tank.toml"), text, &overrides).unwrap_or_else(|error| panic!("{error}"));
-    let feasible = feasible::check(&loaded, &Machine::this(), &CostModel::default());
-    let warnings = feasible.unwrap_or_else(|error| panic!("{error}")).warnings;
-    warnings.records(&loaded.source).into_iter().map(|record| record.message).collect()
+    let (runs, found) = before_run(&load(text, change), &Machine::this());
+    assert!(runs, "{found:#?}");
+    found
 }
 
 #[test]
@@ -82,7 +77,7 @@ fn threads_ranks_and_interruptions_change_nothing() {
     }
     // Stopped after some steps, and while the tank was prepared.
     let folder = scratch.join("parts");
-    start(&load(TANK, &[TIGHT]), &folder, On::threads(2).steps(5)).unwrap();
+    ran(TANK, &[TIGHT], &folder, On::threads(2).steps(5));
     go_on(&folder, On::threads(1).steps(STEPS - 5)).0.unwrap();
     let parts = Left::in_folder(&folder);
     assert_eq!(whole.hash(), parts.hash());
@@ -93,11 +88,8 @@ fn threads_ranks_and_interruptions_change_nothing() {
         ("settle", |line: &StepLine| line.phase == "settle" && line.time > 2e-4),
     ] {
         let folder = scratch.join(phase);
-        let stop = Stop::new();
-        let mut listener = Listener { stop: Some(&stop), stop_after: Some(after), ..Listener::default() };
-        let stopped =
-            run::run(&load(TANK, &[TIGHT]), &On::threads(2).options(Some(&folder)), &mut listener, &stop).unwrap();
-        assert_eq!((stopped.steps, stopped.exit_code()), (0, exit::STOPPED), "{phase}");
+        let stopped = interrupted(&load(TANK, &[TIGHT]), &On::threads(2).options(Some(&folder)), after);
+        assert_eq!(stopped.steps, 0, "{phase}");
         go_on(&folder, On::threads(2).steps(STEPS)).0.unwrap();
         let left = Left::in_folder(&folder);
         assert_eq!(whole.hash(), left.hash(), "{phase}");
@@ -110,12 +102,10 @@ fn a_bed_that_slides_through_periodic_sides_goes_on_with_the_same_bits() {
     let scratch = Scratch::new("sliding");
     for ranks in [1, 2] {
         let (name, on) = (format!("ranks-{ranks}"), || On::ranks(ranks, 2));
-        let whole = scratch.join(&name);
-        start(&load(SLIDING, &[]), &whole, on().steps(90)).unwrap();
-        let whole = Left::in_folder(&whole);
+        let whole = ran(SLIDING, &[], &scratch.join(&name), on().steps(90));
         for steps in [20, 50, 70] {
             let folder = scratch.join(&format!("{name}-{steps}"));
-            start(&load(SLIDING, &[]), &folder, on().steps(steps)).unwrap();
+            ran(SLIDING, &[], &folder, on().steps(steps));
             go_on(&folder, on().steps(90 - steps)).0.unwrap();
             let parts = Left::in_folder(&folder);
             assert_eq!((whole.hash(), &whole.series), (parts.hash(), &parts.series), "{name}, broken at {steps}");
@@ -135,9 +125,7 @@ fn a_tank_made_ready_begins_where_its_maker_began_and_fits_no_other() {
     // Another motion, and other observations: the tank is the same.
     let folder = scratch.join("again");
     let loaded = load(TANK, &[&given, "ripples.margin=2 mm"]);
-    let mut listener = Listener::default();
-    let stop = Stop::new();
-    run::run(&loaded, &On::threads(2).steps(STEPS).options(Some(&folder)), &mut listener, &stop).unwrap();
+    let listener = heard(&loaded, &On::threads(2).steps(STEPS).options(Some(&folder)));
     assert!(listener.lines.iter().all(|line| line.phase == "flow"));
     assert_eq!(first.hash(), Left::in_folder(&folder).hash());
     let expected = |made_ready: bool| {
@@ -230,12 +218,9 @@ fn the_pressure_of_water_that_follows_a_force_is_level_along_it() {
     let across = |side: &str| {
         let text = text.replacen("x2 = \"periodic\"", &format!("x2 = \"periodic\"\nx1 = \"{side}\""), 1);
         let sudden = ["frame.motion.ramp=0 s", "frame.motion.phase=90 deg"];
-        let folder = scratch.join(side);
-        let left =
-            start(&load(&text, &sudden), &folder, On::threads(1).steps(5)).map(|_| Left::in_folder(&folder)).unwrap();
-        let along = &left.probes[0].1;
-        let last = |name: &str| along.column(name).last().copied().unwrap();
-        (last("pressure_at_2") - last("pressure_at_0")).abs()
+        let left = ran(&text, &sudden, &scratch.join(side), On::threads(1).steps(5));
+        let [first, last] = ["pressure_at_0", "pressure_at_2"].map(|name| left.probe("along").last(name));
+        (last - first).abs()
     };
     // The tank starts with 2 m/s^2: 12 mm of water between walls build up a pressure against it, between periodic sides none.
     let level = across("periodic");
@@ -253,12 +238,11 @@ fn added_mass_and_lift_are_kept_through_interruptions_and_written() {
     let scratch = Scratch::new("forces");
     let text = TANK.replace("grains = { at = [] }", "grains = { steps = 14 }");
     let whole = scratch.join("whole");
-    start(&load(&text, &FORCES), &whole, On::threads(1).steps(STEPS)).unwrap();
-    let left = Left::in_folder(&whole);
+    let left = ran(&text, &FORCES, &whole, On::threads(1).steps(STEPS));
     assert!(left.summary["conservation"]["drag_exchange_residual_relative"].as_f64().unwrap() < 1e-9);
     assert_eq!(left.summary["particles"]["grains_without_vorticity"].as_u64(), Some(0));
     let parts = scratch.join("parts");
-    start(&load(&text, &FORCES), &parts, On::threads(2).steps(5)).unwrap();
+    ran(&text, &FORCES, &parts, On::threads(2).steps(5));
     go_on(&parts, On::threads(1).steps(STEPS - 5)).0.unwrap();
     assert_eq!(left.hash(), Left::in_folder(&parts).hash());
     let file = parse(&whole.join("grains/grains-000000014.vtp"));
@@ -266,8 +250,7 @@ fn added_mass_and_lift_are_kept_through_interruptions_and_written() {
     assert!(moves("lift") && moves("added_mass_force"));
     // Negative controls: another motion without them, and no such arrays.
     let plain = scratch.join("plain");
-    start(&load(&text, &[TIGHT]), &plain, On::threads(1).steps(STEPS)).unwrap();
-    assert_ne!(left.hash(), Left::in_folder(&plain).hash());
+    assert_ne!(left.hash(), ran(&text, &[TIGHT], &plain, On::threads(1).steps(STEPS)).hash());
     let file = std::fs::read(plain.join("grains/grains-000000014.vtp")).unwrap();
     assert!(!String::from_utf8_lossy(&file).contains("added_mass_force"));
     assert!(warned(TANK, &["overlap.added_mass_coefficient=0.4"]).iter().any(|w| w.contains("has no effect")));
@@ -279,8 +262,7 @@ fn grains_with_added_mass_move_alike_in_a_frame_and_with_moving_walls() {
     let on = On::threads(2).steps(4 * STEPS);
     let run = |overrides: &[&str], name: &str| {
         let all: Vec<&str> = FORCES.iter().chain(&["particles.dt=0.05 ms"]).chain(overrides).copied().collect();
-        start(&load(TANK, &all), &scratch.join(name), on).unwrap();
-        Left::in_folder(&scratch.join(name))
+        ran(TANK, &all, &scratch.join(name), on)
     };
     let frame = run(&[], "frame");
     let state = format!("preparation.state={}", scratch.join("frame").join("prepared.state").display());
@@ -290,7 +272,7 @@ fn grains_with_added_mass_move_alike_in_a_frame_and_with_moving_walls() {
     }
     // Negative control: with another added mass.
     let other = run(&["frame.motion.walls=moving", "overlap.added_mass_coefficient=0"], "other");
-    let last = |left: &Left| *left.column("kinetic_energy_grains").last().unwrap();
+    let last = |left: &Left| left.last("kinetic_energy_grains");
     assert!((last(&other) / last(&frame) - 1.0).abs() > 5e-2, "{} {}", last(&other), last(&frame));
 }
 
@@ -300,8 +282,7 @@ fn one_motion_in_several_ways() {
     // Seen from the laboratory the water follows the walls half a step late.
     const SHORT: [&str; 2] = [TIGHT, "particles.dt=0.05 ms"];
     let on = On::threads(2).steps(4 * STEPS);
-    start(&load(TANK, &SHORT), &scratch.join("formula"), on).unwrap();
-    let first = Left::in_folder(&scratch.join("formula"));
+    let first = ran(TANK, &SHORT, &scratch.join("formula"), on);
     let state = format!("preparation.state={}", scratch.join("formula").join("prepared.state").display());
     let Case { frame: Some(frame), .. } = load(TANK, &[]).case else { panic!("the tank moves") };
     let Some(motion @ TankMotion::Formula { .. }) = frame.motion else { panic!("by a formula") };
@@ -315,8 +296,7 @@ fn one_motion_in_several_ways() {
     let text = recorded(&file);
     let run = |text: &str, overrides: &[&str], name: &str| {
         let all: Vec<&str> = SHORT.iter().chain(overrides).copied().chain([state.as_str()]).collect();
-        start(&load(text, &all), &scratch.join(name), on).unwrap();
-        Left::in_folder(&scratch.join(name))
+        ran(text, &all, &scratch.join(name), on)
     };
     let columns = ["momentum_1", "grain_height", "water_level_highest"];
     let from_file = run(&text, &[], "file");
@@ -330,7 +310,7 @@ fn one_motion_in_several_ways() {
     }
     // The other way round it is another motion.
     let other = run(TANK, &["frame.motion.amplitude=[\"2 mm\",\"0 mm\",\"0 mm\"]"], "other");
-    let last = |left: &Left| *left.column("momentum_1").last().unwrap();
+    let last = |left: &Left| left.last("momentum_1");
     assert!((last(&first) + last(&other)).abs() < 0.2 * last(&first).abs(), "{} {}", last(&first), last(&other));
 }
 
@@ -342,8 +322,7 @@ fn what_a_run_leaves_can_be_analysed() {
     let text = TANK.replacen("[[probe]]", measured, 1).replace("fields = { at = [] }", "fields = { steps = 7 }");
     let text = text.replace("grains = { at = [] }", "grains = { steps = 7 }");
     let text = text.replace("figures = { at = [] }", "figures = { steps = 7 }");
-    start(&load(&text, &[]), &folder, On::threads(2).steps(STEPS)).unwrap();
-    let left = Left::in_folder(&folder);
+    let left = ran(&text, &[], &folder, On::threads(2).steps(STEPS));
     assert!(left.summary["conservation"]["drag_exchange_residual_relative"].as_f64().unwrap() < 1e-9);
     assert!(left.summary["counts"]["fluid_particles"].as_u64().unwrap() > 400);
     let layers = Table::read(&folder.join("layers.csv"));
@@ -355,25 +334,23 @@ fn what_a_run_leaves_can_be_analysed() {
     let sketch = std::fs::read_to_string(folder.join("figures/grains-000000007.png")).unwrap();
     assert!(sketch.starts_with("Tank("), "{sketch:.80}");
     let mut listener = Listener::default();
-    let lines =
-        analyse(std::slice::from_ref(&folder), &[], None, Some(&crate::support::Sketcher), &mut listener).unwrap();
+    let lines = analyse(std::slice::from_ref(&folder), &[], None, Some(&Sketcher), &mut listener).unwrap();
     assert!(lines.iter().any(|line| line.starts_with("bed against") && line.contains("absent")), "{lines:#?}");
     evaluated_otherwise(&folder);
     let both: Vec<PathBuf> = vec![folder.clone(), folder.clone()];
-    let lines = analyse(&both, &[], Some(scratch.path()), Some(&crate::support::Sketcher), &mut listener).unwrap();
+    let lines = analyse(&both, &[], Some(scratch.path()), Some(&Sketcher), &mut listener).unwrap();
     assert_eq!(lines.len(), 3, "{lines:#?}");
     let table = std::fs::read_to_string(scratch.join("ripple-comparison.csv")).unwrap();
     assert!(table.starts_with("run,status,length [m],time [s]") && table.lines().count() == 3, "{table}");
     std::fs::remove_file(folder.join("bed.csv")).unwrap();
-    let lines = analyse(&[folder], &[], None, Some(&crate::support::Sketcher), &mut listener).unwrap();
+    let lines = analyse(&[folder], &[], None, Some(&Sketcher), &mut listener).unwrap();
     assert!(lines.iter().any(|line| line.starts_with("bed.csv: absent")), "{lines:#?}");
 }
 
 /// Keys of what was gathered are refused; what the others find is kept apart.
 fn evaluated_otherwise(folder: &Path) {
     let with = |overrides: &[&str]| {
-        let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
-        analyse(&[folder.to_owned()], &overrides, None, Some(&crate::support::Sketcher), &mut Listener::default())
+        analyse(&[folder.to_owned()], &owned(overrides), None, Some(&Sketcher), &mut Listener::default())
     };
     for gathered in ["ripples.layer_thickness=1 m", "ripples.layers=surface", "bed.height_radius=1 mm"] {
         let error = with(&[gathered]).expect_err("the run is over");
@@ -407,7 +384,6 @@ fn evaluated_otherwise(folder: &Path) {
 fn water_faster_than_gravity_explains_is_warned_of_once() {
     let scratch = Scratch::new("fast");
     let warnings = |gravity: &str| {
-        let mut listener = Listener::default();
         let options = On::threads(2).options(Some(&scratch.join(&gravity.replace('/', "_"))));
         // 5 mm of water, shaken at up to 0.25 m/s.
         let changes = [
@@ -417,9 +393,8 @@ fn water_faster_than_gravity_explains_is_warned_of_once() {
             "liquid.0.region.box.upper=[\"7 mm\", \"8 mm\", \"5 mm\"]",
             "run.until=0.03 s",
         ];
-        let loaded = load(&water_alone(""), &changes);
-        run::run(&loaded, &options, &mut listener, &Stop::new()).unwrap_or_else(|error| panic!("{error}"));
-        listener.messages.into_iter().filter(|text| text.contains("water has reached")).collect::<Vec<_>>()
+        let said = heard(&load(&water_alone(""), &changes), &options).messages;
+        said.into_iter().filter(|text| text.contains("water has reached")).collect::<Vec<_>>()
     };
     // Five times sqrt(g H) of the box is 0.08 m/s.
     let found = warnings("0.02 m/s^2");
@@ -440,10 +415,8 @@ fn lift_beside_the_edge_of_the_water_is_a_number() {
                 placement.lattice = { lower = [\"30 mm\", \"0 mm\", \"0 mm\"], upper = [\"42 mm\", \"18 mm\", \"3 mm\"], counts = [4, 5, 1] }\n";
     let scratch = Scratch::new("lift-at-the-edge");
     for lift in ["mei", "saffman"] {
-        let folder = scratch.join(lift);
-        start(&load(text, &[&format!("overlap.lift={lift}")]), &folder, On::threads(1))
-            .unwrap_or_else(|error| panic!("{error}"));
-        let fastest = Left::in_folder(&folder).column("largest_grain_speed").into_iter().skip(1).fold(0.0, Real::max);
+        let left = ran(text, &[&format!("overlap.lift={lift}")], &scratch.join(lift), On::threads(1));
+        let fastest = left.column("largest_grain_speed").into_iter().skip(1).fold(0.0, Real::max);
         assert!(fastest < 0.2, "{lift}: {fastest}");
     }
 }

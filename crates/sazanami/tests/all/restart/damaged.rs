@@ -34,7 +34,7 @@ fn a_damaged_checkpoint_is_passed_over_for_the_one_before() {
     assert_eq!(steps.len(), 2);
     let copy = |name: &str| {
         let folder = scratch.join(name);
-        assert!(copy_folder(&sound, &folder));
+        copy_folder(&sound, &folder);
         folder
     };
     let all = [
@@ -82,7 +82,7 @@ fn only_folders_of_runs_can_be_gone_on_with() {
 fn a_run_without_a_checkpoint_begins_again_from_its_case() {
     let scratch = Scratch::new("restart-begin-again");
     let whole = scratch.join("whole");
-    start(&load(SLIDING, &["run.until=0.1 ms"]), &whole, On::threads(1)).unwrap();
+    let begun_once = ran(SLIDING, &["run.until=0.1 ms"], &whole, On::threads(1));
     // What a run that was killed before its first checkpoint leaves: its case, a part of its series, a torn file.
     let killed = scratch.join("killed");
     std::fs::create_dir_all(killed.join("checkpoints")).unwrap();
@@ -94,8 +94,9 @@ fn a_run_without_a_checkpoint_begins_again_from_its_case() {
     let (outcome, said) = go_on(&killed, On::threads(1));
     assert_eq!(outcome.unwrap().status, Status::Finished);
     assert!(said.iter().any(|text| text.contains("begins again from the case")), "{said:#?}");
-    assert_eq!(Left::in_folder(&killed).hash(), Left::in_folder(&whole).hash());
-    assert_eq!(Left::in_folder(&killed).series.rows.len(), Left::in_folder(&whole).series.rows.len());
+    let begun_again = Left::in_folder(&killed);
+    assert_eq!(begun_again.hash(), begun_once.hash());
+    assert_eq!(begun_again.series.rows.len(), begun_once.series.rows.len());
     let log = std::fs::read_to_string(killed.join("log.txt")).unwrap();
     assert!(log.starts_with("2026-11-22T18:30:00Z  sazanami 0.1.0\n"), "{log}");
     assert!(!killed.join("checkpoints/.unfinished-x").exists() && !killed.join(".sazanami-lock").exists());
@@ -106,7 +107,7 @@ fn a_wrong_command_leaves_a_run_as_it_is() {
     let scratch = Scratch::new("restart-wrong");
     let folder = scratch.join("run");
     start(&load(SLIDING, &["run.until=0.1 ms"]), &folder, On::threads(1)).unwrap();
-    let before = crate::support::summary(&folder);
+    let before = summary(&folder);
     assert_eq!(before["status"], "finished");
     for file in ["log.txt", "series.csv"] {
         assert!(before["files"].as_array().unwrap().contains(&file.into()), "{file}: {}", before["files"]);
@@ -114,7 +115,7 @@ fn a_wrong_command_leaves_a_run_as_it_is() {
     // More ranks than there are columns of cells.
     let error = go_on(&folder, On::ranks(500, 1)).0.unwrap_err();
     assert_eq!(error.exit_code(), exit::WRONG_INPUT, "{error}");
-    assert_eq!(crate::support::summary(&folder), before);
+    assert_eq!(summary(&folder), before);
     // A case that was changed, and put back.
     let case = folder.join("case.toml");
     let text = std::fs::read_to_string(&case).unwrap();
@@ -124,7 +125,7 @@ fn a_wrong_command_leaves_a_run_as_it_is() {
     let error = go_on(&folder, On::threads(1)).0.unwrap_err();
     assert_eq!(error.exit_code(), exit::WRONG_INPUT);
     assert!(error.to_string().contains("is not the case that this run began with"), "{error}");
-    assert_eq!(crate::support::summary(&folder), before);
+    assert_eq!(summary(&folder), before);
     std::fs::write(&case, text).unwrap();
     assert_eq!(go_on(&folder, On::threads(2)).0.unwrap().status, Status::Finished);
 }
@@ -155,7 +156,7 @@ fn made_older(folder: &Path, key: &str, program: serde_json::Value) {
     let older = older.replace("pressure_form = \"full\"", "projection = \"full\"");
     let older = gone(older, "normal_damping = ", "damping = \"literal\"\nnormal_damping = ");
     std::fs::write(&path, &older).expect("the run left it");
-    let reader = crate::support::newest(folder);
+    let reader = newest(folder);
     let mut state: serde_json::Value = reader.get_json("run/state").expect("the run left it");
     state["case_hash"] = format!("{:016x}", resolved::hash_of_copy(&older)).into();
     state["program"] = program;
@@ -194,7 +195,7 @@ fn a_run_of_an_older_program_goes_on_and_a_changed_case_does_not() {
             outcome.unwrap();
             assert!(report(&said)[0].contains("sazanami 0.0.1 (abc) began this run"), "{said:#?}");
         }
-        let state: serde_json::Value = crate::support::newest(&folder).get_json("run/state").unwrap();
+        let state: serde_json::Value = newest(&folder).get_json("run/state").unwrap();
         assert_eq!(state["program"], program);
 
         // What was changed is refused, whoever began the run.
@@ -220,18 +221,16 @@ fn a_run_goes_on_without_the_bed_it_began_with() {
     assert_eq!(go_on(&moved, On::threads(1).steps(2)).0.unwrap().steps, 5);
     // Begun anew in its own folder it finds the copy there.
     let again = RunOptions { force: true, ..On::threads(1).steps(1).options(Some(&moved)) };
-    let stop = Stop::new();
-    let kept = case::load(&moved.join("case.toml"), &[]).unwrap();
-    run::run(&kept, &again, &mut Listener::default(), &stop).unwrap();
+    heard(&case::load(&moved.join("case.toml"), &[]).unwrap(), &again);
     let copy = "inputs/grains-0/bed/small.bed";
-    let listed = |copy: &str| crate::support::summary(&moved)["files"].as_array().unwrap().contains(&copy.into());
+    let listed = |copy: &str| summary(&moved)["files"].as_array().unwrap().contains(&copy.into());
     assert!(listed(copy));
     // Negative control: the copy is what it needs.
     std::fs::rename(moved.join(copy), scratch.join("small.bed")).unwrap();
     assert_eq!(go_on(&moved, On::threads(1)).0.unwrap_err().exit_code(), exit::WRONG_INPUT);
     // Another case in the same folder leaves no copy of what it does not name.
     std::fs::rename(scratch.join("small.bed"), moved.join(copy)).unwrap();
-    run::run(&load(SLIDING, &[]), &again, &mut Listener::default(), &stop).unwrap();
+    heard(&load(SLIDING, &[]), &again);
     assert!(!listed(copy) && !moved.join("inputs").exists());
 }
 
@@ -258,12 +257,10 @@ fn the_log_holds_what_was_said() {
 #[test]
 fn probes_keep_their_own_schedules() {
     let scratch = Scratch::new("restart-probes");
-    let folder = scratch.join("run");
     let more = "[[probe]]\nname = \"as the series\"\npoint = [\"1 mm\", \"1 mm\", \"1 mm\"]\n\
                 [[probe]]\nname = \"never\"\nat = []\npoint = [\"1 mm\", \"1 mm\", \"1 mm\"]\n[output]\n";
     let text = SLIDING.replace("[output]\n", more).replace("series = { steps = 1 }", "series = { steps = 2 }");
-    start(&load(&text, &[]), &folder, On::threads(1).steps(6)).unwrap();
-    let left = Left::in_folder(&folder);
+    let left = ran(&text, &[], &scratch.join("run"), On::threads(1).steps(6));
     let steps = |name: &str| {
         let found = left.probes.iter().find(|(file, _)| *file == format!("{name}.csv"));
         found.map(|(_, table)| table.column("step"))
@@ -284,10 +281,8 @@ fn probes_are_read_between_the_ends_of_steps() {
                   upper = [\"1.4 mm\", \"1.4 mm\", \"2.9 mm\"], counts = [1, 1, 1], velocity = [\"0.7 m/s\", \"0 m/s\", \"0 m/s\"] }\n[bed]\n";
     let text = SLIDING.replace("[bed]\n", moving);
     let run = |name: &str, probes: &str, overrides: &[&str]| {
-        let folder = scratch.join(name);
         let text = text.replace("[output]\n", &format!("{probes}[output]\n"));
-        start(&load(&text, overrides), &folder, On::threads(1).steps(15)).unwrap();
-        Left::in_folder(&folder)
+        ran(&text, overrides, &scratch.join(name), On::threads(1).steps(15))
     };
     let body = "body = { population = \"moving\" }\n";
     let probes =
@@ -298,11 +293,10 @@ fn probes_are_read_between_the_ends_of_steps() {
     let cut = run("cut", "", &["output.grains.every=3 us"]);
     assert_ne!(cut.hash(), without.hash());
 
-    let table = |name: &str| &with.probes.iter().find(|(file, _)| *file == format!("{name}.csv")).unwrap().1;
-    let (times, ends) = (table("times").column("time"), table("steps").column("time"));
+    let [times, ends] = ["times", "steps"].map(|name| with.probe(name).column("time"));
     let last = ends[ends.len() - 1];
     assert_eq!(times.len(), 1 + (last / 3e-6).floor() as usize);
-    for (n, (time, place)) in times.iter().zip(table("times").column("position_1")).enumerate() {
+    for (n, (time, place)) in times.iter().zip(with.probe("times").column("position_1")).enumerate() {
         assert!((time - 3e-6 * n as f64).abs() < 1e-15, "{time}");
         assert!((place - 1.2e-3 - 0.7 * time).abs() < 1e-15, "{place} at {time}");
     }
@@ -311,7 +305,7 @@ fn probes_are_read_between_the_ends_of_steps() {
     assert!(times.iter().map(away).fold(0.0, f64::max) > 1e-7);
 }
 
-fn copy_folder(from: &Path, to: &Path) -> bool {
+fn copy_folder(from: &Path, to: &Path) {
     std::fs::create_dir_all(to).expect("the case is sound");
     for entry in std::fs::read_dir(from).expect("the case is sound") {
         let path = entry.expect("the case is sound").path();
@@ -322,7 +316,6 @@ fn copy_folder(from: &Path, to: &Path) -> bool {
             std::fs::copy(&path, &place).expect("the case is sound");
         }
     }
-    true
 }
 
 #[test]
@@ -331,7 +324,7 @@ fn damaged_lists_and_tables_do_not_stop_a_run() {
     let loaded = load(SLIDING, &["output.series.steps=1", "output.grains.every=\"0.05 ms\""]);
     let [sound, damaged] = ["sound", "damaged"].map(|name| scratch.join(name));
     start(&loaded, &sound, On::threads(1).steps(STEPS)).unwrap();
-    assert!(copy_folder(&sound, &damaged));
+    copy_folder(&sound, &damaged);
     let warned =
         |said: &[String], about: &str| said.iter().any(|line| line.starts_with("warning: ") && line.contains(about));
     let (outcome, said) = go_on(&sound, On::threads(1).steps(STEPS));

@@ -5,12 +5,6 @@ use super::*;
 /// A lid that drags liquid along, in adaptive steps.
 const DRAGGED: &str = include_str!("../../cases/longer-dragged.toml");
 
-fn resumed(folder: &Path, options: RunOptions) -> (Result<RunSummary, CommandError>, Vec<String>) {
-    let mut listener = Listener::default();
-    let outcome = run::resume(folder, &options, &mut listener, &Stop::new());
-    (outcome, listener.messages)
-}
-
 fn until(time: f64, ranks: usize) -> RunOptions {
     RunOptions { until: Some(time), ..On::ranks(ranks, 1).options(None) }
 }
@@ -22,15 +16,16 @@ fn a_finished_run_goes_on_to_a_later_end() {
         let (folder, whole) = (scratch.join(&format!("longer-{ranks}")), scratch.join(&format!("whole-{ranks}")));
         // The first end is a time of output, so that no step ends there that would not otherwise.
         assert_eq!(start(&load(DRAGGED, &[]), &folder, On::ranks(ranks, 1)).unwrap().status, Status::Finished);
-        let (outcome, said) = resumed(&folder, until(5e-3, ranks));
+        let (outcome, said) = go_on_with(&folder, &until(5e-3, ranks));
         assert_eq!(outcome.unwrap().status, Status::Finished);
         assert!(said.iter().any(|text| text.contains("the case now ends at 0.005 s")), "{said:#?}");
-        start(&load(DRAGGED, &["run.until=\"5 ms\""]), &whole, On::ranks(ranks, 1)).unwrap();
+        let as_long = ran(DRAGGED, &["run.until=\"5 ms\""], &whole, On::ranks(ranks, 1));
         assert_same(&folder, &whole, "a run that was lengthened");
         let case_of = |folder: &Path| std::fs::read_to_string(folder.join("case.toml")).unwrap();
         assert_eq!(case_of(&folder), case_of(&whole));
-        assert_eq!(Left::in_folder(&folder).summary["case_hash"], Left::in_folder(&whole).summary["case_hash"]);
-        let times = Left::in_folder(&folder).column("time");
+        let longer = Left::in_folder(&folder);
+        assert_eq!(longer.summary["case_hash"], as_long.summary["case_hash"]);
+        let times = longer.column("time");
         assert_eq!(times.last(), Some(&5e-3));
         assert!(times.windows(2).all(|pair| pair[0] < pair[1]), "no row stands twice: {times:?}");
     }
@@ -41,10 +36,10 @@ fn an_end_later_than_that_of_the_case_is_said() {
     let scratch = Scratch::new("longer-said");
     let said = |name: &str, until: Option<f64>| {
         let options = RunOptions { out: Some(scratch.join(name)), until, ..On::threads(1).options(None) };
-        let mut listener = Listener::default();
-        let summary = run::run(&load(DRAGGED, &[]), &options, &mut listener, &Stop::new()).unwrap();
-        assert_eq!(summary.status, Status::Finished);
-        listener.messages.iter().any(|text| text.contains("`--set run.until=\"0.009 s\"` lengthens it"))
+        heard(&load(DRAGGED, &[]), &options)
+            .messages
+            .iter()
+            .any(|text| text.contains("`--set run.until=\"0.009 s\"` lengthens it"))
     };
     assert!(said("later", Some(9e-3)));
     // Negative control: an end that the case has, or none.
@@ -61,11 +56,11 @@ fn a_run_that_broke_off_just_after_it_was_lengthened_goes_on() {
     let ends = |time: &str| text.replace("until = \"0.003 s\"", &format!("until = \"{time}\""));
     assert_ne!(ends("0.004 s"), text);
     std::fs::write(&file, ends("0.004 s")).unwrap();
-    assert_eq!(resumed(&folder, On::threads(1).options(None)).0.unwrap().status, Status::Finished);
+    assert_eq!(go_on(&folder, On::threads(1)).0.unwrap().status, Status::Finished);
     assert_eq!(Left::in_folder(&folder).column("time").last(), Some(&4e-3));
     // Negative control: another case is not the same run at any length.
     std::fs::write(&file, ends("0.006 s").replace("[6, 6, 6]", "[6, 6, 8]")).unwrap();
-    let error = resumed(&folder, On::threads(1).options(None)).0.unwrap_err();
+    let error = go_on(&folder, On::threads(1)).0.unwrap_err();
     assert!(error.to_string().contains("it was changed since"), "{error}");
 }
 
@@ -76,7 +71,7 @@ fn a_run_that_cannot_go_on_says_why() {
     start(&load(DRAGGED, &[]), &folder, On::threads(1)).unwrap();
     let before = std::fs::read(folder.join("summary.json")).unwrap();
     let refused = |options: RunOptions, cause: &str| {
-        let error = resumed(&folder, options).0.unwrap_err();
+        let error = go_on_with(&folder, &options).0.unwrap_err();
         assert_eq!(error.exit_code(), exit::WRONG_INPUT, "{error}");
         assert!(error.to_string().contains(cause), "{error}");
     };
@@ -85,9 +80,9 @@ fn a_run_that_cannot_go_on_says_why() {
     assert_eq!(std::fs::read(folder.join("summary.json")).unwrap(), before, "nothing was touched");
     let counted = scratch.join("counted");
     start(&load(DRAGGED, &["run.steps=3"]), &counted, On::threads(1)).unwrap();
-    let error = resumed(&counted, until(4e-3, 1)).0.unwrap_err();
+    let error = go_on_with(&counted, &until(4e-3, 1)).0.unwrap_err();
     assert!(error.to_string().contains("ends after 3 steps whatever the time"), "{error}");
     // Presenting the results of a finished run again is no wish for more.
     let steps = Left::in_folder(&folder).summary["steps"].as_u64();
-    assert_eq!(Some(resumed(&folder, On::threads(1).options(None)).0.unwrap().steps), steps);
+    assert_eq!(Some(go_on(&folder, On::threads(1)).0.unwrap().steps), steps);
 }

@@ -13,7 +13,9 @@ use sazanami::run::{self, RunOptions, RunSummary, Status};
 use sazanami::stop::Stop;
 use sazanami_io::checkpoint::CheckpointWriter;
 
-use crate::support::{Left, Listener, On, Scratch, checkpoints, go_on, load, start};
+use crate::support::{
+    Left, Listener, On, Scratch, checkpoints, findings, go_on, go_on_with, heard, load, newest, ran, start, summary,
+};
 
 /// Grains that fall on each other and slide, in water with a free surface, with steps that grow and shrink;
 /// everything that writes is in it.
@@ -66,8 +68,7 @@ fn goes_on_alike(name: &str, text: &str, overrides: &[&str], ranks: &[usize]) {
     let loaded = load(text, overrides);
     for &ranks in ranks {
         let whole = scratch.join(&format!("whole-{ranks}"));
-        start(&loaded, &whole, On::ranks(ranks, 1).steps(2 * STEPS)).expect("the case is sound");
-        let left = Left::in_folder(&whole);
+        let left = ran(text, overrides, &whole, On::ranks(ranks, 1).steps(2 * STEPS));
         assert!(left.column("contacts").iter().any(|&n| n > 0.0), "{name}: nothing touches");
         let dt = left.column("dt");
         assert!(overrides.iter().any(|key| key.contains("dt = ")) || dt[2] != dt[dt.len() - 1]);
@@ -98,9 +99,7 @@ fn a_run_with_springs_that_were_softened_before_the_break_and_after_it() {
     // Negative control: springs that were softened tell.
     let scratch = Scratch::new("restart-softened-control");
     let hash = |name: &str, keys: &[&str]| {
-        let folder = scratch.join(name);
-        start(&load(SLIDING, keys), &folder, On::threads(1).steps(2 * STEPS)).expect("the case is sound");
-        Left::in_folder(&folder).hash().to_owned()
+        ran(SLIDING, keys, &scratch.join(name), On::threads(1).steps(2 * STEPS)).hash().to_owned()
     };
     let soften = "dem.soften={ from = \"0.3 ms\", stiffness = 0.3, largest_overlap = 0.5 }";
     assert_ne!(hash("soft", &[soften]), hash("hard", &[]));
@@ -149,11 +148,11 @@ const FULL: &str = "gravity = \"1 m/s^2\"\ndomain = { size = [\"0.12 m\", \"0.12
 fn a_run_whose_steps_hang_on_a_force_that_changes() {
     let scratch = Scratch::new("restart-full");
     let (whole, broken) = (scratch.join("whole"), scratch.join("broken"));
-    start(&load(FULL, &[]), &whole, On::threads(1)).expect("the case is sound");
-    start(&load(FULL, &[]), &broken, On::threads(1).steps(STEPS)).expect("the case is sound");
+    let left = ran(FULL, &[], &whole, On::threads(1));
+    ran(FULL, &[], &broken, On::threads(1).steps(STEPS));
     go_on(&broken, On::threads(2)).0.expect("the case is sound");
     assert_same(&broken, &whole, "steps by a force that changes");
-    let limited = Left::in_folder(&whole).summary["limiter"]["body_force"].as_u64().expect("a number");
+    let limited = left.summary["limiter"]["body_force"].as_u64().expect("a number");
     assert!(limited > 10, "{limited}");
 }
 
@@ -161,26 +160,24 @@ fn a_run_whose_steps_hang_on_a_force_that_changes() {
 fn a_forgotten_contact_would_be_noticed() {
     // Negative control: the comparison sees the memory of contacts.
     let scratch = Scratch::new("restart-control");
-    let loaded = load(SLIDING, &[]);
-    let run = |name: &str, steps| {
-        let folder = scratch.join(name);
-        start(&loaded, &folder, On::threads(1).steps(steps)).unwrap();
-        Left::in_folder(&folder)
-    };
+    let run = |name: &str, steps| ran(SLIDING, &[], &scratch.join(name), On::threads(1).steps(steps));
     let (a, b) = (run("a", STEPS), run("b", STEPS + 1));
     assert_ne!(a.hash(), b.hash());
     let displacement = a.state.reals("grains/contact.displacement").unwrap();
     assert!(displacement.iter().any(|&d| d != 0.0), "no contact has a memory");
 }
 
-/// Stops the run when `after` says so; returns the folder's status.
+/// Stops a run into `folder` after the step for which `after` says so.
 fn interrupted(loaded: &LoadedCase, folder: &Path, ranks: usize, after: fn(&StepLine) -> bool) {
+    crate::support::interrupted(loaded, &On::ranks(ranks, 1).options(Some(folder)), after);
+}
+
+/// Goes on with the run in `folder` and stops it after the step for which `after` says so.
+fn interrupted_again(folder: &Path, on: On, after: fn(&StepLine) -> bool) -> (RunSummary, Vec<StepLine>) {
     let stop = Stop::new();
     let mut listener = Listener { stop: Some(&stop), stop_after: Some(after), ..Listener::default() };
-    let options = On::ranks(ranks, 1).options(Some(folder));
-    let summary = run::run(loaded, &options, &mut listener, &stop).expect("the case is sound");
-    assert!(summary.interrupted);
-    assert_eq!((summary.status, summary.exit_code()), (Status::Stopped, exit::STOPPED));
+    let ended = run::resume(folder, &on.options(None), &mut listener, &stop).expect("the case is sound");
+    (ended, listener.lines)
 }
 
 #[test]
@@ -192,8 +189,8 @@ fn a_signal_during_packing() {
         start(&loaded, &whole, On::ranks(ranks, 1)).unwrap();
         let broken = scratch.join(&format!("broken-{ranks}"));
         interrupted(&loaded, &broken, ranks, |line| line.phase == "packing" && line.step >= 100);
-        assert_eq!(crate::support::summary(&broken)["status"], "stopped");
-        let memory = crate::support::newest(&broken).snapshot().unwrap();
+        assert_eq!(summary(&broken)["status"], "stopped");
+        let memory = newest(&broken).snapshot().unwrap();
         assert!(memory.reals("packing/time").unwrap()[0] >= 100.0 * 2e-5 - 1e-9);
         let (outcome, said) = go_on(&broken, On::ranks(ranks, 2));
         assert_eq!(outcome.unwrap().status, Status::Stopped);
@@ -212,7 +209,7 @@ fn a_bed_that_the_rest_of_the_case_does_not_suit_is_reported_and_kept() {
         let kept = format!("placement.bed = {{ file = \"{}\" }}", folder.join("packed.bed").display());
         assert!(error.to_string().contains("does not fit above the bed"), "{error}");
         assert!(error.to_string().contains(&kept), "{error}");
-        let left = crate::support::summary(folder);
+        let left = summary(folder);
         assert_eq!((&left["status"], &left["failure"]["kind"]), (&"failed".into(), &"input".into()));
     };
     for ranks in [1, 2] {
@@ -220,7 +217,7 @@ fn a_bed_that_the_rest_of_the_case_does_not_suit_is_reported_and_kept() {
         report(start(&loaded, &whole, On::ranks(ranks, 1)), &whole);
         let broken = scratch.join(&format!("broken-{ranks}"));
         interrupted(&loaded, &broken, ranks, |line| line.phase == "packing" && line.step >= 100);
-        assert_eq!(crate::support::summary(&broken)["status"], "stopped");
+        assert_eq!(summary(&broken)["status"], "stopped");
         report(go_on(&broken, On::ranks(ranks, 1)).0, &broken);
         // The packing itself is kept as well: nothing is packed twice.
         let (outcome, said) = go_on(&broken, On::ranks(ranks, 1));
@@ -241,7 +238,7 @@ fn a_bed_that_the_rest_of_the_case_does_not_suit_is_reported_and_kept() {
     let named = scratch.join("named.bed");
     let fine = scratch.join("fine");
     start(&load(PACKED, &[&format!("output.bed={}", named.display())]), &fine, On::threads(1).steps(1)).unwrap();
-    assert_eq!(crate::support::summary(&fine)["failure"], serde_json::Value::Null);
+    assert_eq!(summary(&fine)["failure"], serde_json::Value::Null);
     assert!(named.is_file() && !fine.join("packed.bed").exists());
 }
 
@@ -264,9 +261,7 @@ fn signals_during_packing_and_flow_one_after_the_other() {
     let later: [fn(&StepLine) -> bool; 2] =
         [|line| line.phase == "packing" && line.step >= 250, |line| line.phase == "flow"];
     for after in later {
-        let stop = Stop::new();
-        let mut listener = Listener { stop: Some(&stop), stop_after: Some(after), ..Listener::default() };
-        run::resume(&broken, &On::threads(1).options(None), &mut listener, &stop).unwrap();
+        interrupted_again(&broken, On::threads(1), after);
     }
     let (outcome, _) = go_on(&broken, On::threads(1));
     outcome.unwrap();
@@ -324,15 +319,13 @@ fn signals_while_a_bed_comes_to_rest() {
         interrupted(&loaded, &broken, ranks, |line| line.limiter == "parting" && line.step >= 5);
         for (breaks, parting) in [(1, 1.0), (2, 0.0)] {
             if breaks == 2 {
-                let stop = Stop::new();
                 let settling = |line: &StepLine| line.limiter == "settling" && line.phase == "relax";
-                let mut listener = Listener { stop: Some(&stop), stop_after: Some(settling), ..Listener::default() };
-                let ended = run::resume(&broken, &On::ranks(ranks, 2).options(None), &mut listener, &stop).unwrap();
+                let (ended, lines) = interrupted_again(&broken, On::ranks(ranks, 2), settling);
                 assert_eq!((ended.status, ended.exit_code()), (Status::Stopped, exit::STOPPED));
-                assert!(listener.lines.iter().all(|line| line.phase == "relax"));
+                assert!(lines.iter().all(|line| line.phase == "relax"));
             }
-            assert_eq!(crate::support::summary(&broken)["status"], "stopped");
-            let memory = crate::support::newest(&broken).snapshot().unwrap();
+            assert_eq!(summary(&broken)["status"], "stopped");
+            let memory = newest(&broken).snapshot().unwrap();
             assert_eq!(memory.reals("relaxation/state").unwrap()[0], parting);
             // Grains that have parted may touch nothing for a while.
             let displacement = memory.reals("relaxation/contact.displacement").unwrap();
@@ -357,16 +350,14 @@ fn a_series_ends_where_the_case_ends_and_not_where_a_command_stops() {
         ("steps", "run.steps=14", "{ every = \"0.3 ms\" }", &[0, 6, 12, 14]),
         ("both", "run.until=0.7 ms", "{ every = \"0.35 ms\", steps = 7 }", &[0, 7, 14]),
     ] {
-        let loaded = load(SLIDING, &[fixed, end, &format!("output.series={every}")]);
+        let keys = [fixed, end, &format!("output.series={every}")];
         let [whole, broken] = ["whole", "broken"].map(|part| scratch.join(&format!("{name}-{part}")));
-        let rows = |folder: &Path| Left::in_folder(folder).column("step").iter().map(|step| *step as u64).collect();
-        start(&loaded, &whole, On::threads(1)).expect("the case is sound");
-        let found: Vec<u64> = rows(&whole);
-        assert_eq!(found, steps, "{name}");
+        let rows = |folder: &Path, on: On| -> Vec<u64> {
+            ran(SLIDING, &keys, folder, on).column("step").iter().map(|step| *step as u64).collect()
+        };
+        assert_eq!(rows(&whole, On::threads(1)), steps, "{name}");
         // Negative control: where a command stops there is no row.
-        start(&loaded, &broken, On::threads(1).steps(13)).expect("the case is sound");
-        let found: Vec<u64> = rows(&broken);
-        assert_eq!(found, steps[..steps.len() - 1], "{name}");
+        assert_eq!(rows(&broken, On::threads(1).steps(13)), steps[..steps.len() - 1], "{name}");
         go_on(&broken, On::threads(1)).0.expect("the run goes on");
         assert_same(&broken, &whole, name);
     }
@@ -382,9 +373,8 @@ fn limits_of_a_command_change_no_step() {
     let middle = 0.5 * (times[7] + times[8]);
     let run = |name: &str, options: RunOptions| {
         let folder = scratch.join(name);
-        let stop = Stop::new();
         let options = RunOptions { out: Some(folder.clone()), threads: Some(2), ranks: 1, ..options };
-        let ended = run::run(&loaded, &options, &mut Listener::default(), &stop).unwrap();
+        let ended = run::run(&loaded, &options, &mut Listener::default(), &Stop::new()).unwrap();
         assert_eq!(ended.status, Status::Stopped);
         (folder, ended)
     };
@@ -395,9 +385,8 @@ fn limits_of_a_command_change_no_step() {
     for folder in [until, steps] {
         let (part, all) = (Left::in_folder(&folder), Left::in_folder(&whole));
         assert_eq!(part.series.rows[..], all.series.rows[..part.series.rows.len()]);
-        let stop = Stop::new();
         let more = RunOptions { until: Some(0.5e-3), threads: Some(1), ranks: 1, ..RunOptions::default() };
-        run::resume(&folder, &more, &mut Listener::default(), &stop).unwrap();
+        go_on_with(&folder, &more).0.unwrap();
         let (outcome, _) = go_on(&folder, On::threads(1));
         assert_eq!(outcome.unwrap().status, Status::Finished);
         assert_same(&folder, &whole, &folder.display().to_string());

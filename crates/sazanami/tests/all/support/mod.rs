@@ -4,10 +4,14 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use sazanami::artist::{Artist, Figure, NotDrawn};
+use sazanami::case::meaning::Case;
 use sazanami::case::{self, LoadedCase};
-use sazanami::error::CommandError;
+use sazanami::check::{self, CheckReport, CostModel, Known};
+use sazanami::error::{CommandError, exit};
+use sazanami::feasible;
+use sazanami::machine::Machine;
 use sazanami::progress::{Progress, StepLine};
-use sazanami::run::{self, RunOptions, RunSummary};
+use sazanami::run::{self, RunOptions, RunSummary, Status};
 use sazanami::stop::{Stop, StopCause};
 use sazanami_io::checkpoint::{CheckpointFolder, CheckpointReader};
 use sazanami_numerics::Real;
@@ -77,20 +81,45 @@ impl Artist for Sketcher {
     }
 }
 
+/// Values of keys as the readers of cases take them.
+pub fn owned(overrides: &[&str]) -> Vec<String> {
+    overrides.iter().map(|text| (*text).to_owned()).collect()
+}
+
 /// Titles of what is wrong with a case, or of its warnings where nothing is.
 pub fn findings(text: &str, overrides: &[&str]) -> Vec<String> {
-    let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
-    let (diagnostics, source) = match sazanami::case::parse(Path::new("case.toml"), text, &overrides) {
+    let (diagnostics, source) = match case::parse(Path::new("case.toml"), text, &owned(overrides)) {
         Ok(loaded) => (loaded.warnings, loaded.source),
         Err(error) => (error.diagnostics, error.source),
     };
     diagnostics.records(&source).iter().map(|record| record.message.clone()).collect()
 }
 
+/// The message on a case that is wrong.
+pub fn refusal(text: &str, overrides: &[&str]) -> String {
+    let error = case::parse(Path::new("case.toml"), text, &owned(overrides)).expect_err("the case is wrong");
+    let error = CommandError::from(error);
+    assert_eq!(error.exit_code(), exit::WRONG_INPUT);
+    error.to_string()
+}
+
 /// Reads a case.
 pub fn load(text: &str, overrides: &[&str]) -> LoadedCase {
-    let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
-    case::parse(Path::new("case.toml"), text, &overrides).unwrap_or_else(|error| panic!("{error}"))
+    case::parse(Path::new("case.toml"), text, &owned(overrides)).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Whether a case can run on `machine`, and the titles of what is wrong or warned of before it does.
+pub fn before_run(loaded: &LoadedCase, machine: &Machine) -> (bool, Vec<String>) {
+    let (runs, found) = match feasible::check(loaded, machine, &CostModel::default()) {
+        Ok(feasible) => (true, feasible.warnings),
+        Err(error) => (false, error.diagnostics),
+    };
+    (runs, found.records(&loaded.source).into_iter().map(|record| record.message).collect())
+}
+
+/// What `check` foretells of a case.
+pub fn foretold(case: &Case) -> CheckReport {
+    check::check(case, Known::default(), &Machine::this(), 1, &CostModel::default())
 }
 
 /// On how many ranks and threads, and for how many steps.
@@ -134,11 +163,38 @@ pub fn start(loaded: &LoadedCase, folder: &Path, on: On) -> Result<RunSummary, C
     run::run(loaded, &on.options(Some(folder)), &mut Listener::default(), &stop)
 }
 
+/// Runs a case, which has to end well, into `folder`; returns what it left there.
+pub fn ran(text: &str, overrides: &[&str], folder: &Path, on: On) -> Left {
+    start(&load(text, overrides), folder, on).unwrap_or_else(|error| panic!("{overrides:?}: {error}"));
+    Left::in_folder(folder)
+}
+
+/// Runs a case, which has to end well; returns what was heard of it.
+pub fn heard(loaded: &LoadedCase, options: &RunOptions) -> Listener<'static> {
+    let mut listener = Listener::default();
+    run::run(loaded, options, &mut listener, &Stop::new()).unwrap_or_else(|error| panic!("{error}"));
+    listener
+}
+
+/// Runs a case and stops it from outside after the step for which `after` says so.
+pub fn interrupted(loaded: &LoadedCase, options: &RunOptions, after: fn(&StepLine) -> bool) -> RunSummary {
+    let stop = Stop::new();
+    let mut listener = Listener { stop: Some(&stop), stop_after: Some(after), ..Listener::default() };
+    let ended = run::run(loaded, options, &mut listener, &stop).unwrap_or_else(|error| panic!("{error}"));
+    assert!(ended.interrupted);
+    assert_eq!((ended.status, ended.exit_code()), (Status::Stopped, exit::STOPPED));
+    ended
+}
+
 /// Goes on with the run in `folder`; returns what it said as well.
 pub fn go_on(folder: &Path, on: On) -> (Result<RunSummary, CommandError>, Vec<String>) {
-    let stop = Stop::new();
+    go_on_with(folder, &on.options(None))
+}
+
+/// The same with these options.
+pub fn go_on_with(folder: &Path, options: &RunOptions) -> (Result<RunSummary, CommandError>, Vec<String>) {
     let mut listener = Listener::default();
-    let outcome = run::resume(folder, &on.options(None), &mut listener, &stop);
+    let outcome = run::resume(folder, options, &mut listener, &Stop::new());
     (outcome, listener.messages)
 }
 
@@ -164,6 +220,11 @@ impl Table {
         let at = self.columns.iter().position(|column| column == name);
         let at = at.unwrap_or_else(|| panic!("no column {name} among {:?}", self.columns));
         self.rows.iter().map(|row| row[at].parse().unwrap_or(Real::NAN)).collect()
+    }
+
+    /// The last value of a column.
+    pub fn last(&self, name: &str) -> Real {
+        *self.column(name).last().expect("there are rows")
     }
 }
 
@@ -192,6 +253,17 @@ impl Left {
     /// A column of the series.
     pub fn column(&self, name: &str) -> Vec<Real> {
         self.series.column(name)
+    }
+
+    /// The last value of a column of the series.
+    pub fn last(&self, name: &str) -> Real {
+        self.series.last(name)
+    }
+
+    /// The table of a probe.
+    pub fn probe(&self, name: &str) -> &Table {
+        let file = format!("{name}.csv");
+        &self.probes.iter().find(|(found, _)| *found == file).expect("the case has this probe").1
     }
 }
 
