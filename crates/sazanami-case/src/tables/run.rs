@@ -19,14 +19,8 @@ pub enum RunEnd {
     Rest,
 }
 
-impl Default for RunEnd {
-    fn default() -> Self {
-        Self::At(0.0)
-    }
-}
-
 /// Length of the run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Keys)]
+#[derive(Clone, Copy, Debug, PartialEq, Keys)]
 #[keys(check = Self::check)]
 pub struct RunLength {
     /// Simulated time at the end, or `"rest"`: the run ends when its crater is at rest (`observables.crater_rest`), the volume below the
@@ -79,15 +73,17 @@ impl RunLength {
         }
     }
 
-    /// Substitute for a table that is missing.
-    pub(crate) fn unknown() -> Self {
-        Self::until(Real::NAN)
-    }
-
     /// A run that ends at a time \[s].
     #[must_use]
     pub fn until(time: Real) -> Self {
-        Self { end: RunEnd::At(time), until: time, ..Self::default() }
+        Self { end: RunEnd::At(time), latest: None, steps: None, packing_only: false, until: time }
+    }
+}
+
+impl Default for RunLength {
+    /// A run of which nothing is known: every comparison with its end passes.
+    fn default() -> Self {
+        Self::until(Real::NAN)
     }
 }
 

@@ -9,7 +9,7 @@ use super::volumes::{solid, volume_within};
 use super::waves::{TankReport, is_wall, tank};
 use super::{CostModel, overlapping};
 use crate::assembly::particles;
-use crate::case::meaning::{Case, FluidName, LiquidRegion, Particles, Placement, Preparation, Solver};
+use crate::case::meaning::{Case, FluidName, LiquidRegion, Particles, Preparation, Solver};
 
 /// Memory of a bin, with its part of the coarse pressure equation \[bytes].
 const MEMORY_BIN: Real = 75.0;
@@ -103,10 +103,7 @@ fn pouring(case: &Case, report: &ParticlesReport) -> Real {
 /// Extent of the part of the tank in which there is water, from side to side and up to its highest place \[m].
 fn watered(case: &Case) -> Vector {
     let extent = case.domain.extent();
-    let tops = case.liquids.iter().map(|liquid| match liquid.placement {
-        Placement::Absolute(position) => position.z + liquid.region.heights()[1] - case.domain.lower.z,
-        Placement::AboveBed { .. } => extent.z,
-    });
+    let tops = case.liquids.iter().map(|liquid| liquid.top().map_or(extent.z, |top| top - case.domain.lower.z));
     let top = tops.fold(0.0, Real::max);
     extent.with_z(extent.z.min(top))
 }

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use sazanami_numerics::Real;
 use serde::Serialize;
 
-use crate::case::meaning::{BoundarySide, Case, FluidName, GrainPlacement, LiquidRegion, Placement};
+use crate::case::meaning::{BoundarySide, Case, FluidName, GrainPlacement, LiquidRegion};
 
 /// Waves in a tank that is shaken along x1 or x2, by linear theory: from the bed or the floor up, without friction.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -116,12 +116,8 @@ impl Modes {
 
 /// Depth of the water above a bed that is levelled, or above the floor \[m].
 fn depth(case: &Case) -> Option<Real> {
-    let top = |liquid: &LiquidRegion| match liquid.placement {
-        Placement::Absolute(position) => Some(position.z + liquid.region.heights()[1]),
-        Placement::AboveBed { .. } => None,
-    };
     let liquids = case.liquids.iter().filter(|liquid| liquid.fluid == FluidName::Liquid);
-    let level = liquids.filter_map(top).filter(|top| top.is_finite()).reduce(Real::max)?;
+    let level = liquids.filter_map(LiquidRegion::top).filter(|top| top.is_finite()).reduce(Real::max)?;
     let bed = case.grains.iter().filter_map(|population| match &population.placement {
         GrainPlacement::Packed(how) => how.level,
         _ => None,
