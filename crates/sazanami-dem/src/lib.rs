@@ -49,7 +49,7 @@ pub use film::Film;
 pub use grain::{ATTACHED, Grain, Grains, Motion};
 pub use material::{ContactOptions, TangentialForce};
 pub use packing::{
-    Kind, Lattice, Packing, PackingReport, PackingSettings, Softness, Stage, TILT, Tapping, lying_order,
+    Kind, Lattice, Packing, PackingReport, PackingSettings, Softness, Stage, TILT, lying_order,
 };
 pub use random::Random;
 pub use sazanami_numerics::particles::WALL;
