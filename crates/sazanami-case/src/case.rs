@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use sazanami_case_derive::Keys;
-use sazanami_dem::ContactLaw;
+use sazanami_dem::LinearSpringDashpot;
 use sazanami_io::MeasuredProfile;
 use sazanami_io::readings::ReadingsError;
 use sazanami_mics::boundary::FluidName;
@@ -416,7 +416,7 @@ impl Case {
 
     /// Contact law of a pair of materials; `wall` is the box.
     #[must_use]
-    pub fn contact(&self, a: &str, b: &str) -> Option<&ContactLaw> {
+    pub fn contact(&self, a: &str, b: &str) -> Option<&LinearSpringDashpot> {
         self.contacts
             .iter()
             .find(|pair| (pair.a == a && pair.b == b) || (pair.a == b && pair.b == a))

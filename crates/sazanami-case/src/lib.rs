@@ -62,7 +62,7 @@ pub mod meaning {
     pub use crate::case::Case;
     pub use crate::presets::{Paper, Preset, Solver};
     pub use crate::tables::*;
-    pub use sazanami_dem::{ContactLaw, Damping, Lattice, Motion, Substeps};
+    pub use sazanami_dem::{Damping, Lattice, LinearSpringDashpot, Motion, Substeps};
     pub use sazanami_mics::grains::Exchange;
     pub use sazanami_mics::viscosity::ViscosityScheme;
     pub use sazanami_observe::erosion::CountedGrains;
