@@ -5,6 +5,7 @@ use sazanami_numerics::Real;
 use serde_json::json;
 use toml::de::DeValue;
 
+use super::Schedule;
 use crate::key::{KeyDoc, ValueDoc};
 use crate::read::{At, Context, Table};
 use crate::value::{Range1, Value};
@@ -134,6 +135,12 @@ pub struct Checkpoints {
 }
 
 impl Checkpoints {
+    /// When one is made by simulated time.
+    #[must_use]
+    pub fn schedule(&self) -> Schedule {
+        Schedule { every: self.every, ..Schedule::default() }
+    }
+
     fn check(&mut self, table: &Table<'_>, _: &mut Context<'_>) {
         if !table.has("every_wall") && self.every.is_none() {
             self.every_wall = Some(EVERY);
