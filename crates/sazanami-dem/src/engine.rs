@@ -317,11 +317,6 @@ impl Engine {
         self.refresh_ghosts(domain);
     }
 
-    /// Gives a wall a velocity [m/s].
-    pub fn set_wall_velocity(&mut self, wall: usize, velocity: Vector) {
-        self.walls[wall].velocity = velocity;
-    }
-
     /// Puts the edges of plate `number`, counted among the plates, to heights \[m], and lets it rise [m/s]. Lists of pairs hold as
     /// long as it does not come nearer to a grain than it would by its own motion.
     ///
