@@ -90,6 +90,12 @@ pub struct LoadedCase {
 }
 
 impl LoadedCase {
+    /// Why it cannot run: findings on its text, at least one of them an error.
+    #[must_use]
+    pub fn refused(&self, diagnostics: Diagnostics) -> Box<CaseError> {
+        Box::new(CaseError { source: self.source.clone(), diagnostics })
+    }
+
     /// The case without some of its populations, by their numbers: the others keep their places in the text.
     #[must_use]
     pub fn without_grains(&self, left_out: &[usize]) -> Self {

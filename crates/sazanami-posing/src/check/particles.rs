@@ -81,8 +81,8 @@ pub(super) fn predict(report: &ParticlesReport, steps: Real, threads: usize, mod
     if report.fluid == 0 {
         return 0.0;
     }
-    let speed = 1.0 + model.parallel_share * (threads as Real - 1.0);
-    steps * (report.fluid as Real * model.fluid_particle + report.walls as Real * model.wall_particle) / speed
+    let step = report.fluid as Real * model.fluid_particle + report.walls as Real * model.wall_particle;
+    steps * step / model.speed(threads)
 }
 
 /// Memory of the particles, and of the bins in which their neighbours are found \[bytes]; that of pouring where it is more.
