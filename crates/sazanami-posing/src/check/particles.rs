@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::bed_flow::{BedReport, bed_flow};
 use super::volumes::{solid, volume_within};
-use super::waves::{TankReport, is_wall, tank};
+use super::waves::{TankReport, tank};
 use super::{CostModel, overlapping};
 use crate::assembly::particles;
 use crate::case::meaning::{Case, FluidName, LiquidRegion, Particles, Preparation, Solver};
@@ -71,7 +71,7 @@ fn walls(case: &Case, particles: &Particles) -> usize {
     let layers = WALL_LAYERS + particles.radius.floor();
     let box_ = case.domain.extent();
     let inner: Vec<Real> = (0..3).map(|d| (box_[d] / particles.spacing).round()).collect();
-    let outer = |d: usize| inner[d] + layers * case.boundary[d].iter().filter(|side| is_wall(side)).count() as Real;
+    let outer = |d: usize| inner[d] + layers * case.boundary[d].iter().filter(|side| side.is_wall()).count() as Real;
     (outer(0) * outer(1) * outer(2) - inner[0] * inner[1] * inner[2]) as usize
 }
 

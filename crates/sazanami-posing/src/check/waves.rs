@@ -82,7 +82,7 @@ pub(super) struct Modes {
 impl Modes {
     /// Of a direction, from 0, with end walls, at a frequency \[Hz].
     pub(super) fn along(case: &Case, axis: usize, frequency: Real) -> Option<Self> {
-        let closed = case.boundary[axis].iter().all(is_wall);
+        let closed = case.boundary[axis].iter().all(BoundarySide::is_wall);
         let deep = (TAU * frequency).powi(2) / case.gravity.length();
         let found = depth(case).map(|depth| Self { depth, length: case.domain.extent()[axis], deep });
         found.filter(|_| closed)
@@ -139,10 +139,6 @@ fn wavenumber(omega: Real, gravity: Real, depth: Real) -> Real {
         }
     }
     k
-}
-
-pub(super) fn is_wall(side: &BoundarySide) -> bool {
-    matches!(side, BoundarySide::NoSlip | BoundarySide::Slip)
 }
 
 #[cfg(test)]
