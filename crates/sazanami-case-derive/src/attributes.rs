@@ -28,8 +28,10 @@ pub enum Form {
 pub struct Attributes {
     pub form: Form,
     pub word: bool,
-    /// The type, a tuple struct of the field's, that reads and writes the value.
+    /// The type, a tuple struct of the field's, that reads and writes the value; of flattened keys the table of these.
     pub via: Option<Path>,
+    /// What flattened keys mean, once all others are read.
+    pub then: Option<Expr>,
     /// The table holds tables by names of the user's choice.
     pub named: bool,
     /// The table is read from nothing where the case leaves it out: all its keys have defaults.
@@ -75,6 +77,7 @@ impl Attributes {
             "flatten" => self.form = Form::Flatten,
             "from_nothing" => self.from_nothing = true,
             "via" => self.via = Some(meta.value()?.parse()?),
+            "then" => self.then = Some(expression()?),
             "named" => self.named = true,
             "shared" => self.shared = true,
             "absent" => self.absent = true,

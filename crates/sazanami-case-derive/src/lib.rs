@@ -21,6 +21,7 @@
 //! | `via = Type` | tuple struct that reads and writes the value |
 //! | `shared` | later tables find it in `cx.known` |
 //! | `flatten` | keys of another type that stand in this table |
+//! | `flatten`, `via = Type`, `then = expr` | those of `Type`, bound to the field's name in `expr`, which makes the value once all others are read; `Type::of` makes them from it |
 //! | `skip = expr` | no key: computed |
 //! | `name = "liquid"` | name of the key, where it is not that of the field |
 //! | `example = "0.02 s"` | what the message about its absence suggests |
@@ -109,7 +110,11 @@ impl TableOf {
         let entries = keys.iter().map(|key| key.write(&reference(&key.field)));
         Ok(Self {
             docs: keys.iter().map(Key::docs).collect(),
-            reads: keys.iter().map(|key| key.read(&quote!(table))).collect(),
+            reads: keys
+                .iter()
+                .map(|key| key.read(&quote!(table)))
+                .chain(keys.iter().filter_map(Key::meaning))
+                .collect(),
             write: quote! {
                 let mut entries = crate::write::Entries::default();
                 #(#entries)*
@@ -263,6 +268,18 @@ impl Key {
         }
     }
 
+    /// Type of keys that stand in the same table.
+    fn flattened(&self) -> Tokens {
+        let kind = &self.kind;
+        self.attributes.via.as_ref().map_or(quote!(#kind), |via| quote!(#via))
+    }
+
+    /// Makes the value from flattened keys.
+    fn meaning(&self) -> Option<Tokens> {
+        let (field, meaning) = (&self.field, self.attributes.then.as_ref()?);
+        Some(quote!(let #field = #meaning;))
+    }
+
     fn docs(&self) -> Tokens {
         let Attributes { unit, range, count, default, says, meant, literal, example, form, .. } = &self.attributes;
         let (name, about, kind) = (self.name(), &self.about, &self.kind);
@@ -270,7 +287,10 @@ impl Key {
         let example = example.as_ref().map(|text| quote!(key.example = Some(#text);));
         match form {
             Form::Skip(_) => return quote!(),
-            Form::Flatten => return quote!(keys.extend(<#kind as crate::key::Keys>::docs().keys);),
+            Form::Flatten => {
+                let kind = self.flattened();
+                return quote!(keys.extend(<#kind as crate::key::Keys>::docs().keys););
+            }
             Form::Table | Form::Tables => {
                 let (inner, many) = match form {
                     Form::Tables => (inner_of(kind, "Vec").unwrap_or(kind), true),
@@ -369,7 +389,10 @@ impl Key {
         let (field, name, kind) = (&self.field, self.name(), &self.kind);
         match &self.attributes.form {
             Form::Skip(value) => return quote!(let #field = #value;),
-            Form::Flatten => return quote!(let #field = <#kind as crate::key::Keys>::read(&#table.part(), cx)?;),
+            Form::Flatten => {
+                let kind = self.flattened();
+                return quote!(let #field = <#kind as crate::key::Keys>::read(&#table.part(), cx)?;);
+            }
             Form::Tables => {
                 let inner = inner_of(kind, "Vec").unwrap_or(kind);
                 return quote! {
@@ -462,7 +485,10 @@ impl Key {
         let show = &self.attributes.show;
         let entry = match &self.attributes.form {
             Form::Skip(_) => return quote!(),
-            Form::Flatten => return quote!(entries.extend(crate::key::Keys::write(#field, style));),
+            Form::Flatten => {
+                let keys = self.attributes.via.as_ref().map_or(quote!(#field), |via| quote!(&#via::of(#field)));
+                return quote!(entries.extend(crate::key::Keys::write(#keys, style)););
+            }
             Form::Tables => quote!(entries.push(#name, crate::write::Written::tables(value, style), #show);),
             Form::Table => quote!(entries.push(#name, crate::key::Keys::write(value, style), #show);),
             Form::Value if self.attributes.word => {

@@ -3,7 +3,7 @@
 use crate::case::Case;
 use crate::read::Context;
 use crate::surface_tension::LARGEST;
-use crate::tables::{BoundarySide, FluidName, GrainShape};
+use crate::tables::GrainShape;
 use crate::units::rounded;
 
 /// Largest contact angle that the force is known for [degrees].
@@ -27,14 +27,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
             .label("their force is known up to 50 degrees")
             .help("grains of sand and glass have 0 to 30 degrees");
     }
-    let of_liquid = |side: &BoundarySide| {
-        matches!(
-            side,
-            BoundarySide::Inflow { fluid: FluidName::Liquid, .. }
-                | BoundarySide::FixedPressure { fluid: FluidName::Liquid, .. }
-        )
-    };
-    if !case.liquids.is_empty() || case.boundary.iter().flatten().any(of_liquid) {
+    if case.has_liquid() {
         cx.report
             .error_at(whole.clone(), "liquid bridges in a case with a body of liquid")
             .label("grains under water have none, and where the water goes they do not follow it")

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use sazanami_case_derive::Keys;
-use sazanami_dem::ContactLaw;
+use sazanami_dem::LinearSpringDashpot;
 use sazanami_io::MeasuredProfile;
 use sazanami_io::readings::ReadingsError;
 use sazanami_mics::boundary::FluidName;
@@ -14,7 +14,7 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_observe::Ground;
 use serde_json::json;
 
-use crate::key::{KeyDoc, ValueDoc};
+use crate::key::{KeyDoc, Keys as _, TableDoc, ValueDoc};
 use crate::presets::{Preset, Solver};
 use crate::read::{At, Context, Table};
 use crate::tables::{
@@ -165,28 +165,19 @@ pub(crate) const ORDER: [&str; 28] = [
     "run",
 ];
 
-/// A table that has to be there and is not.
-trait Unknown {
-    fn unknown() -> Self;
+/// The declaration of a case, its tables in that order.
+pub(crate) fn docs_in_order() -> TableDoc {
+    let mut docs = Case::docs();
+    docs.keys.sort_by_key(|key| ORDER.iter().position(|name| *name == key.name));
+    docs
 }
 
-impl Unknown for BoxDomain {
-    fn unknown() -> Self {
-        Self::default()
-    }
-}
-
-impl Unknown for RunLength {
-    fn unknown() -> Self {
-        Self::unknown()
-    }
-}
-
-fn absent<T: Unknown>(table: &Table<'_>, name: &str, what: &str, cx: &mut Context<'_>) -> T {
+/// Substitute for a table that has to be there and is not.
+fn absent<T: Default>(table: &Table<'_>, name: &str, what: &str, cx: &mut Context<'_>) -> T {
     if !table.has(name) {
         cx.missing(None, name, &format!("add {what}"));
     }
-    T::unknown()
+    T::default()
 }
 
 /// Gravity as written: a vector, or a magnitude.
@@ -425,7 +416,7 @@ impl Case {
 
     /// Contact law of a pair of materials; `wall` is the box.
     #[must_use]
-    pub fn contact(&self, a: &str, b: &str) -> Option<&ContactLaw> {
+    pub fn contact(&self, a: &str, b: &str) -> Option<&LinearSpringDashpot> {
         self.contacts
             .iter()
             .find(|pair| (pair.a == a && pair.b == b) || (pair.a == b && pair.b == a))

@@ -199,10 +199,8 @@ fn check_carrying_flow(case: &Case, cx: &mut Context<'_>) {
             .label("the velocity at the sides is that of this flow")
             .help(format!("make the side of x{} \"outflow\"", d + 1));
     }
-    let is_wall =
-        |side: &BoundarySide| matches!(side, BoundarySide::NoSlip | BoundarySide::Slip | BoundarySide::Moving { .. });
     let crossed = carrying.crosses_sides();
-    if let Some(d) = (0..3).find(|&d| crossed[d] && case.boundary[d].iter().any(is_wall)) {
+    if let Some(d) = (0..3).find(|&d| crossed[d] && case.boundary[d].iter().any(BoundarySide::is_wall)) {
         cx.report
             .error(span, format!("the carrying flow goes through a wall at a side of x{}", d + 1))
             .label("it has a velocity there")

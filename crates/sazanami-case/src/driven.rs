@@ -8,7 +8,7 @@ use crate::case::Case;
 use crate::presets::Solver;
 use crate::read::Context;
 use crate::tables::{
-    BoundarySide, Drive, FluidName, GrainPlacement, LONGEST_STEP, Placement, Population, SIDE_NAMES, place_of_side,
+    BoundarySide, Drive, FluidName, GrainPlacement, LONGEST_STEP, Population, SIDE_NAMES, place_of_side,
 };
 use crate::units::rounded;
 
@@ -64,11 +64,8 @@ fn check_mean(case: &Case, above: Real, cx: &mut Context<'_>) {
             .help("choose the height of the top of the bed, or leave it out for all the water");
         return;
     }
-    let level =
-        case.liquids.iter().filter(|liquid| liquid.fluid == FluidName::Liquid).map(|liquid| match liquid.placement {
-            Placement::Absolute(position) => position.z + liquid.region.heights()[1],
-            Placement::AboveBed { .. } => Real::INFINITY,
-        });
+    let liquids = case.liquids.iter().filter(|liquid| liquid.fluid == FluidName::Liquid);
+    let level = liquids.map(|liquid| liquid.top().unwrap_or(Real::INFINITY));
     if let Some(level) = level.reduce(Real::max).filter(|level| *level <= above) {
         cx.report
             .error(place, "there is no water above `above`: nothing would be held")

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use sazanami_numerics::choice::Choice;
 
-use crate::case::{Case, ORDER};
+use crate::case::{Case, docs_in_order};
 use crate::key::{DefaultDoc, KeyDoc, Keys, TableDoc, ValueDoc};
 use crate::removed;
 use crate::suggest::nearest;
@@ -27,8 +27,7 @@ pub enum Explained {
 /// without a path, the tables.
 #[must_use]
 pub fn explain(path: &str) -> Explained {
-    let mut docs = Case::docs();
-    docs.keys.sort_by_key(|key| ORDER.iter().position(|name| *name == key.name));
+    let docs = docs_in_order();
     let path = path.trim().trim_matches(['[', ']']);
     if path.is_empty() {
         return Explained::Text(table_text("", &docs));

@@ -57,7 +57,7 @@ impl Default for Known {
             file_name: String::new(),
             preset: Preset::Recommended,
             solver: Solver::Mics,
-            run: RunLength::unknown(),
+            run: RunLength::default(),
             domain: BoxDomain::default(),
             boundary: [[BoundarySide::NoSlip; 2]; 3],
             gravity: Vector::NAN,

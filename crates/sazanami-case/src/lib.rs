@@ -62,7 +62,7 @@ pub mod meaning {
     pub use crate::case::Case;
     pub use crate::presets::{Paper, Preset, Solver};
     pub use crate::tables::*;
-    pub use sazanami_dem::{ContactLaw, Damping, Lattice, Motion, Substeps};
+    pub use sazanami_dem::{Damping, Lattice, LinearSpringDashpot, Motion, Substeps};
     pub use sazanami_mics::grains::Exchange;
     pub use sazanami_mics::viscosity::ViscosityScheme;
     pub use sazanami_observe::erosion::CountedGrains;
@@ -90,6 +90,12 @@ pub struct LoadedCase {
 }
 
 impl LoadedCase {
+    /// Why it cannot run: findings on its text, at least one of them an error.
+    #[must_use]
+    pub fn refused(&self, diagnostics: Diagnostics) -> Box<CaseError> {
+        Box::new(CaseError { source: self.source.clone(), diagnostics })
+    }
+
     /// The case without some of its populations, by their numbers: the others keep their places in the text.
     #[must_use]
     pub fn without_grains(&self, left_out: &[usize]) -> Self {

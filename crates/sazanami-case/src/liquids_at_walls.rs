@@ -5,7 +5,7 @@ use sazanami_numerics::{Real, Vector};
 use crate::case::Case;
 use crate::presets::Solver;
 use crate::read::Context;
-use crate::tables::{BoundarySide, FluidName, LiquidRegion, Placement, SIDE_NAMES};
+use crate::tables::{FluidName, LiquidRegion, Placement, SIDE_NAMES};
 use crate::units::rounded;
 
 /// Places along each edge of the part of a wall at which a liquid is looked at.
@@ -42,8 +42,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
 
 /// Largest speed at which a liquid flows into a wall of the box that it touches [m/s].
 fn into_wall(case: &Case, liquid: &LiquidRegion, d: usize, upper: usize) -> Option<Real> {
-    let side = case.boundary[d][upper];
-    if !matches!(side, BoundarySide::NoSlip | BoundarySide::Slip | BoundarySide::Moving { .. }) {
+    if !case.boundary[d][upper].is_wall() {
         return None;
     }
     let Placement::Absolute(origin) = liquid.placement else { return None };

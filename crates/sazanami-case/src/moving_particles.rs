@@ -11,8 +11,8 @@ use crate::driven::resists;
 use crate::presets::{Preset, Solver};
 use crate::read::Context;
 use crate::tables::{
-    BoundarySide, FluidName, GrainPlacement, GrainShape, Particles, Placement, ProbePlace, SIDE_NAMES, SMOOTHING,
-    TankMotion, place_of_side,
+    BoundarySide, FluidName, GrainPlacement, GrainShape, Particles, ProbePlace, SIDE_NAMES, SMOOTHING, TankMotion,
+    place_of_side,
 };
 use crate::units::{rounded, rounded_within};
 
@@ -319,8 +319,7 @@ fn check_lattice(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
         }
     }
     for (n, liquid) in case.liquids.iter().enumerate() {
-        let Placement::Absolute(position) = liquid.placement else { continue };
-        let top = position.z + liquid.region.heights()[1];
+        let Some(top) = liquid.top() else { continue };
         if top.is_finite() && top > case.domain.upper.z + 1e-9 * extent.z {
             let span = cx.places.at(&format!("liquid.{n}"));
             cx.report

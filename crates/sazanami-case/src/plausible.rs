@@ -84,11 +84,10 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
             judge(&format!("grains.{n}.mass_override"), &DENSITY, density);
         }
     }
-    let largest = case.grains.iter().filter_map(|p| Some(p.shape.extent()? * p.sizes().largest())).fold(0.0, Real::max);
     for pair in &case.contacts {
         let key = format!("contact.{}/{}", pair.a, pair.b);
         let place = if case.contacts.len() == 1 { "contact".to_owned() } else { key };
-        judge(&place, &STIFFNESS, pair.law.stiffness(0.5 * largest)[0]);
+        judge(&place, &STIFFNESS, pair.law.normal_stiffness);
     }
     if let FilmRoughness::Height(height) = case.dem.film_roughness {
         judge("dem.film_roughness", &ROUGHNESS, height);

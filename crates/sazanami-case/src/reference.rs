@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use crate::case::{Case, ORDER};
-use crate::key::{DefaultDoc, KeyDoc, Keys, TableDoc, ValueDoc};
+use crate::case::docs_in_order;
+use crate::key::{DefaultDoc, KeyDoc, TableDoc, ValueDoc};
 
 /// Text above the tables of the reference page.
 const INTRODUCTION: &str = "\
@@ -67,8 +67,7 @@ impl KeyDoc {
 #[must_use]
 pub fn page() -> String {
     let mut page = Page { text: INTRODUCTION.to_owned(), done: Vec::new() };
-    let mut docs = Case::docs();
-    docs.keys.sort_by_key(|key| ORDER.iter().position(|name| *name == key.name));
+    let docs = docs_in_order();
     let (tables, top): (Vec<KeyDoc>, Vec<KeyDoc>) = docs
         .keys
         .into_iter()
@@ -164,8 +163,7 @@ fn ticked(text: &str) -> String {
 #[must_use]
 pub fn literal_keys() -> Vec<(String, KeyDoc)> {
     let mut found = Vec::new();
-    let mut docs = Case::docs();
-    docs.keys.sort_by_key(|key| ORDER.iter().position(|name| *name == key.name));
+    let docs = docs_in_order();
     collect_literal("", &docs, &mut Vec::new(), &mut found);
     found
 }

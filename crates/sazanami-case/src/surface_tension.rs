@@ -143,16 +143,13 @@ fn check_angles(case: &Case, key: &str, angles: &ContactAngles, cx: &mut Context
             check_grains(case, span, cx);
             continue;
         }
-        let is_wall = |side: &BoundarySide| {
-            matches!(side, BoundarySide::NoSlip | BoundarySide::Slip | BoundarySide::Moving { .. })
-        };
-        if let Some([d, upper]) = sides.iter().find(|[d, upper]| !is_wall(&case.boundary[*d][*upper])) {
+        if let Some([d, upper]) = sides.iter().find(|[d, upper]| !case.boundary[*d][*upper].is_wall()) {
             cx.report
                 .error_at(span, format!("a contact angle at {}, which is no wall", SIDE_NAMES[*d][*upper]))
                 .label("liquid meets walls at an angle, not open or periodic sides")
                 .help(format!("leave out `{name}`, or make the side \"no_slip\""));
         } else if name == "all"
-            && !case.boundary.iter().flatten().any(|side| is_wall(side) && *side != BoundarySide::Slip)
+            && !case.boundary.iter().flatten().any(|side| side.is_wall() && *side != BoundarySide::Slip)
         {
             cx.report
                 .error_at(span, "a contact angle at all walls, and none holds the fluid")

@@ -17,8 +17,9 @@ use sazanami_numerics::{Matrix, Real, Vector};
 use crate::body::Body;
 use crate::contact::block::Block;
 use crate::contact::counters::Counters;
+use crate::contact::force::PairConstants;
 use crate::contact::incoming::Incoming;
-use crate::contact::laws::{Interactions, LawTable};
+use crate::contact::laws::Interactions;
 use crate::contact::neighbours::ListBuilder;
 use crate::contact::pace::{PACES, Pace};
 use crate::contact::record::ContactRecord;
@@ -51,7 +52,7 @@ pub struct Engine {
     /// Number of the first of each body's among `spheres`.
     first_spheres: Vec<u32>,
     pub(crate) interactions: Interactions,
-    laws: LawTable,
+    laws: Vec<PairConstants>,
     pub(crate) walls: Vec<Wall>,
     region: [Vector; 2],
     ghost_margin: Real,
@@ -130,7 +131,7 @@ impl Engine {
                 .iter()
                 .scan(0, |next, body| Some(std::mem::replace(next, *next + body.spheres() as u32)))
                 .collect(),
-            laws: LawTable::new(&setup.interactions),
+            laws: setup.interactions.constants(),
             wall_travel: vec![0.0; setup.walls.len()],
             bodies: setup.bodies,
             interactions: setup.interactions,
@@ -274,7 +275,7 @@ impl Engine {
 
     /// Changes the contact laws; the memory of contacts stays.
     pub fn set_interactions(&mut self, domain: &Domain, interactions: Interactions) {
-        self.laws = LawTable::new(&interactions);
+        self.laws = interactions.constants();
         self.interactions = interactions;
         self.time_step = self.longest_time_step(domain);
         self.book.window = None;
@@ -314,11 +315,6 @@ impl Engine {
             }
         }
         self.refresh_ghosts(domain);
-    }
-
-    /// Gives a wall a velocity [m/s].
-    pub fn set_wall_velocity(&mut self, wall: usize, velocity: Vector) {
-        self.walls[wall].velocity = velocity;
     }
 
     /// Puts the edges of plate `number`, counted among the plates, to heights \[m], and lets it rise [m/s]. Lists of pairs hold as

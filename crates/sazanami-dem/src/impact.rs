@@ -11,8 +11,7 @@ use std::f64::consts::PI;
 use sazanami_numerics::{Real, Vector};
 
 use crate::contact::force::{ConstantLanes, PairConstants, force};
-use crate::contact::laws::{ContactLaw, ForModel, Interactions, LawTable};
-use crate::contact::model::ContactModel;
+use crate::contact::linear_spring_dashpot::LinearSpringDashpot;
 use crate::contact::pair::{ACROSS, give};
 use crate::lanes::{Lanes, Lanes3};
 
@@ -80,7 +79,7 @@ impl ImpactErrors {
 /// Impacts of equal balls under a law.
 #[derive(Debug)]
 pub struct Impacts {
-    laws: LawTable,
+    law: PairConstants,
     ball: Ball,
     /// Sub-step of what is taken as right over the half period of the stiffer spring.
     fine: Real,
@@ -104,8 +103,8 @@ struct Ball {
 impl Impacts {
     /// Balls of `radius` \[m] and reduced mass `mass` \[kg], both above zero.
     #[must_use]
-    pub fn new(law: &ContactLaw, mass: Real, radius: Real) -> Self {
-        let [normal, tangential] = law.stiffness(radius);
+    pub fn new(law: &LinearSpringDashpot, mass: Real, radius: Real) -> Self {
+        let [normal, tangential] = law.stiffness();
         let half_period = |stiffness: Real| PI * (mass / stiffness).sqrt();
         let ball = Ball {
             mass,
@@ -113,13 +112,13 @@ impl Impacts {
             factor: if law.damped_by_mass() { mass.sqrt() } else { 1.0 },
             half_periods: [normal, normal.max(ACROSS * tangential)].map(half_period),
         };
-        let laws = LawTable::new(&Interactions::uniform(1, *law));
         let given = ANGLES.map(|angle| [angle, 0.5]);
         let [along, across] = law.damping(mass);
         let stops = mass / along.max(ACROSS * across);
         let substep = (ball.half_periods[1] / FINE).min(FINE_OF_DASHPOT * stops);
-        let right = laws.run(Impact { ball, given: &given, substep });
-        Self { laws, ball, fine: substep / ball.half_periods[1], right }
+        let law = PairConstants::new(law, None, None);
+        let right = Impact { ball, given: &given, substep }.run(&law);
+        Self { law, ball, fine: substep / ball.half_periods[1], right }
     }
 
     /// Errors with sub-steps of `factor` half periods of the stiffer spring; of those shorter than what is taken as right,
@@ -129,8 +128,8 @@ impl Impacts {
         let factor = factor.max(self.fine);
         let moments = |angle: Real| (0..MOMENTS).map(move |n| [angle, (n as Real + 0.5) / MOMENTS as Real]);
         let given: Vec<[Real; 2]> = ANGLES.iter().flat_map(|&angle| moments(angle)).collect();
-        let found =
-            self.laws.run(Impact { ball: self.ball, given: &given, substep: factor * self.ball.half_periods[1] });
+        let substep = factor * self.ball.half_periods[1];
+        let found = Impact { ball: self.ball, given: &given, substep }.run(&self.law);
         let mut errors = ImpactErrors::default();
         for (found, right) in found.chunks(MOMENTS).zip(&self.right) {
             let of = |n: usize| found.iter().map(|found| found[n] - right[n]).collect::<Vec<_>>();
@@ -148,22 +147,18 @@ struct Impact<'g> {
     substep: Real,
 }
 
-impl ForModel for Impact<'_> {
-    /// Restitution, and speed of the surface by the spin over the tangential speed before.
-    type Output = Vec<[Real; 2]>;
-
-    fn run<M: ContactModel>(self, laws: &[PairConstants<M>]) -> Self::Output {
-        self.given.chunks(WIDTH).flat_map(|given| self.some(&laws[0], given)).collect()
-    }
-}
-
 impl Impact<'_> {
+    /// Restitution, and speed of the surface by the spin over the tangential speed before.
+    fn run(&self, law: &PairConstants) -> Vec<[Real; 2]> {
+        self.given.chunks(WIDTH).flat_map(|given| self.some(law, given)).collect()
+    }
+
     /// Those of up to [`WIDTH`] impacts. The wall is `x3 = 0`; balls come from above along x1.
-    fn some<M: ContactModel>(&self, law: &PairConstants<M>, given: &[[Real; 2]]) -> Vec<[Real; 2]> {
+    fn some(&self, law: &PairConstants, given: &[[Real; 2]]) -> Vec<[Real; 2]> {
         let Ball { mass, radius, factor, half_periods: [half_period, _] } = self.ball;
         let h = self.substep;
         let inverse_inertia = (ACROSS - 1.0) / (mass * radius * radius);
-        let constants = ConstantLanes::<M, WIDTH>::from_fn(|_| (law, factor, give([mass.recip(), 0.0])));
+        let constants = ConstantLanes::<WIDTH>::from_fn(|_| (law, factor, give([mass.recip(), 0.0])));
         let speed = OVERLAP * radius * PI / half_period;
         let of = |lane: usize| {
             let [angle, moment] = given[lane.min(given.len() - 1)];
@@ -190,7 +185,7 @@ impl Impact<'_> {
             }
             let arm = normal * (Lanes::splat(radius) + height * Lanes::splat(0.5));
             let at_contact = velocity + spin.cross(arm);
-            let (on_ball, stretched, _) = force::<M, WIDTH, false>(
+            let (on_ball, stretched, _) = force::<WIDTH, false>(
                 &constants,
                 normal,
                 (-height, radii, Lanes::splat(1.0)),
@@ -221,7 +216,7 @@ mod tests {
     const MASS: Real = 3.93e-7;
 
     fn impacts(law: LinearSpringDashpot) -> Impacts {
-        Impacts::new(&law.into(), MASS, 3.5e-4)
+        Impacts::new(&law, MASS, 3.5e-4)
     }
 
     #[test]

@@ -47,10 +47,8 @@ pub use error::DemError;
 pub use face::{Bumps, Face};
 pub use film::Film;
 pub use grain::{ATTACHED, Grain, Grains, Motion};
-pub use material::{ContactOptions, TangentialForce};
-pub use packing::{
-    Kind, Lattice, Packing, PackingReport, PackingSettings, Softness, Stage, TILT, Tapping, lying_order,
-};
+pub use material::TangentialForce;
+pub use packing::{Kind, Lattice, Packing, PackingReport, PackingSettings, Softness, Stage, TILT, lying_order};
 pub use random::Random;
 pub use sazanami_numerics::particles::WALL;
 pub use wall::Wall;

@@ -1,4 +1,4 @@
-//! Properties that all contact laws have: friction, tension, history of the tangential displacement, rolling.
+//! How the tangential force of a contact comes about.
 
 use sazanami_numerics::Real;
 use sazanami_numerics::choices;
@@ -26,25 +26,5 @@ impl TangentialForce {
             Self::Published => [0.057; 2],
             Self::FromTouch => [0.075, 0.15],
         }
-    }
-}
-
-/// Parameters that every contact law has besides its springs and dashpots.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ContactOptions {
-    /// Friction coefficient, static and kinetic.
-    pub friction: Real,
-    /// Coefficient of a constant torque against rolling, in units of the effective radius; 0: none.
-    pub rolling_friction: Real,
-    /// Whether the dashpot may pull the grains together when they part.
-    pub tension: bool,
-    /// How the tangential force comes about.
-    pub tangential_force: TangentialForce,
-}
-
-impl ContactOptions {
-    /// Whether every choice is the usual one, for which shorter formulas suffice.
-    pub(crate) fn plain(&self) -> bool {
-        !self.tension && self.tangential_force == TangentialForce::FromTouch && self.rolling_friction == 0.0
     }
 }

@@ -28,20 +28,18 @@ use crate::contact::laws::Interactions;
 use crate::engine::{ContactReport, Engine, Loads, Setup, Substeps};
 use crate::error::DemError;
 use crate::grain::{Grain, GrainRecord};
-pub use settings::{Lattice, PackingSettings, TILT, Tapping};
+pub use settings::{Lattice, PackingSettings, TILT};
 pub use softness::{Kind, Softness};
 
-/// Stage of a packing.
+/// Stage of a packing; its number is that in snapshots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
     /// Grains fall under increased gravity.
     Falling,
     /// Grains come to rest.
     Settling,
-    /// The floor moves.
-    Tapping,
     /// The bed is done.
-    Done,
+    Done = 3,
     /// The grains did not come to rest in time.
     GivenUp,
 }
@@ -106,7 +104,6 @@ pub struct Packing {
     switched: Real,
     /// When the present wait for rest began \[s].
     since: Real,
-    tapped: bool,
     softness: Softness,
     own: Own,
     /// Present stiffness of contacts over their own.
@@ -186,7 +183,6 @@ impl Packing {
             stage: Stage::Falling,
             switched: Real::INFINITY,
             since: Real::INFINITY,
-            tapped: false,
             largest_mean_speed: 0.0,
             topmost: 0,
         }
@@ -223,7 +219,7 @@ impl Packing {
     /// Length of the next step: that of the settings, or a sub-step where that is longer \[s].
     fn step_length(&self) -> Real {
         let substep = self.engine.contact_time_step();
-        let longer = self.settings.substeps == Substeps::Auto && self.stage != Stage::Tapping && substep.is_finite();
+        let longer = self.settings.substeps == Substeps::Auto && substep.is_finite();
         if longer { self.settings.step.max(substep) } else { self.settings.step }
     }
 
@@ -250,7 +246,7 @@ impl Packing {
         }
         let mut report = self.measure(domain, contacts);
         self.judge(domain, &mut report);
-        if matches!(self.stage, Stage::Falling | Stage::Settling | Stage::Tapping) {
+        if matches!(self.stage, Stage::Falling | Stage::Settling) {
             self.soften(domain, contacts.largest_speed);
         }
         Ok(report)
@@ -332,7 +328,6 @@ impl Packing {
                     self.end_settling(now);
                 }
             }
-            Stage::Tapping => self.tap(now),
             Stage::Done | Stage::GivenUp => {}
         }
         if now > self.settings.longest && self.stage != Stage::Done {
@@ -343,8 +338,7 @@ impl Packing {
     }
 
     fn end_settling(&mut self, now: Real) {
-        let tap = self.settings.tapping.is_some() && !self.tapped;
-        self.stage = if tap { Stage::Tapping } else { Stage::Done };
+        self.stage = Stage::Done;
         (self.stiffening, self.slowed, self.since) = (false, false, now);
     }
 
@@ -406,27 +400,6 @@ impl Packing {
         report.mean_speed < part * settings.rest_speed && report.energy < part * part * settings.rest_energy
     }
 
-    /// Moves the floor for the next step.
-    fn tap(&mut self, now: Real) {
-        let Some(tapping) = self.settings.tapping else { return };
-        let floor = self.engine.walls().len() - 1;
-        let omega = 2.0 * std::f64::consts::PI * tapping.frequency;
-        let place = |t: Real| self.settings.lower.z + tapping.amplitude * (omega * (t - self.since)).sin();
-        let (rate, over) = if now - self.since >= Real::from(tapping.periods) / tapping.frequency {
-            (0.0, true)
-        } else {
-            // The chord of the sine over the step: the floor comes back to its place.
-            ((place(now + self.settings.step) - place(now)) / self.settings.step, false)
-        };
-        self.engine.set_wall_velocity(floor, Vector::new(0.0, 0.0, rate));
-        if over {
-            self.tapped = true;
-            self.stage = Stage::Settling;
-            self.slowed = !self.settings.by_time_only;
-            self.since = now;
-        }
-    }
-
     /// Writes the state into `snapshot` on rank 0 under names that begin with `prefix`.
     pub fn snapshot(&mut self, domain: &Domain, prefix: &str, snapshot: &mut Snapshot) {
         self.engine.snapshot(domain, prefix, snapshot);
@@ -436,7 +409,8 @@ impl Packing {
                 Real::from(stage),
                 self.switched,
                 self.since,
-                Real::from(u8::from(self.tapped)),
+                // The fourth number has no meaning.
+                0.0,
                 self.largest_mean_speed,
                 self.topmost as Real,
                 self.stiffness,
@@ -470,7 +444,6 @@ impl Packing {
         let stage = match state[0] as u8 {
             0 => Stage::Falling,
             1 => Stage::Settling,
-            2 => Stage::Tapping,
             3 => Stage::Done,
             _ => Stage::GivenUp,
         };
@@ -483,7 +456,6 @@ impl Packing {
         let mut packing = Self::with(settings, softness, engine, interactions, &records);
         packing.stage = stage;
         (packing.switched, packing.since) = (state[1], state[2]);
-        packing.tapped = state[3] > 0.0;
         packing.largest_mean_speed = state[4];
         packing.topmost = state[5] as u64;
         (packing.stiffness, packing.stiffening, packing.slowed) = (state[6], state[7] > 0.0, state[8] > 0.0);

@@ -136,7 +136,7 @@ impl<'i> EffectiveMasses<'i> {
         for other in (0..self.interactions.materials()).filter(|_| body.face().is_flat()) {
             let law = self.interactions.law(material, other as u32);
             let index = self.interactions.index(material, other as u32) as usize;
-            let modes = [law.stiffness(radius), self.interactions.dashpots(index, mass)]
+            let modes = [law.stiffness(), self.interactions.dashpots(index, mass)]
                 .map(|values| body.face().mode(values) / mass);
             self.face = self.face.min(stable_for(OF_A_FACE, modes));
         }
@@ -190,7 +190,7 @@ impl<'i> EffectiveMasses<'i> {
     /// Longest sub-step of a pair over its half period, and whether its errors are as small as is asked for.
     fn longest_factor(&self, pair: &Pair) -> (Real, bool) {
         let [a, b] = pair.materials.map(|material| material as u32);
-        let usual = self.interactions.law(a, b).options().tangential_force.substep_factors();
+        let usual = self.interactions.law(a, b).tangential_force.substep_factors();
         let asked = self.interactions.allowed_error();
         let [least, most] = asked.map_or(usual, |_| [LEAST_FACTOR, MOST_FACTOR]);
         let stable = pair.stable / pair.half_period;
@@ -222,7 +222,7 @@ impl<'i> EffectiveMasses<'i> {
             let [a, b] = materials;
             // A wall has no curvature: the effective radius of a contact is at most that of its larger sphere.
             let radius = self.radius[a].max(self.radius[b]);
-            let [normal, tangential] = self.interactions.law(a as u32, b as u32).stiffness(radius);
+            let [normal, tangential] = self.interactions.law(a as u32, b as u32).stiffness();
             let sum = |d: usize| self.inverse[a][d] + self.inverse[b][d];
             let square = Real::max(normal * sum(0), tangential * sum(1));
             (square > 0.0).then(|| {

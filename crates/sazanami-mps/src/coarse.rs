@@ -13,6 +13,7 @@ use sazanami_parallel::{Rows, for_each_chunk};
 use crate::matrix::{Block, Layout, Row};
 use crate::neighbours::ROWS;
 use crate::particles::Role;
+use crate::reductions::set_column;
 
 /// Neighbours of a cell, itself included.
 const STENCIL: usize = 27;
@@ -284,17 +285,13 @@ impl CoarseGrid {
             column[0].iter_mut().zip(sums).for_each(|(c, sum)| *c = sum[s] as f32);
         });
         finest.set_inverse();
-        between.resize(owned, Interpolation::default());
         let corners = corners(finest.strides());
         let finest = &*finest;
-        for_each_chunk(&mut between[..], ROWS, |number, between| {
-            for (n, between) in between.iter_mut().enumerate() {
-                let a = number * ROWS + n;
-                *between = Interpolation::default();
-                if rows[a].diagonal > 0.0 {
-                    let s = bins.coordinates(layout.place[a]);
-                    *between = finest.between(s, width, cell[a], &corners);
-                }
+        set_column(between, owned, |a| {
+            if rows[a].diagonal > 0.0 {
+                finest.between(bins.coordinates(layout.place[a]), width, cell[a], &corners)
+            } else {
+                Interpolation::default()
             }
         });
         for n in 1..levels.len() {

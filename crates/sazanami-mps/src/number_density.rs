@@ -10,6 +10,7 @@ use crate::context::Voids;
 use crate::matrix::{Block, CLOSE_RADIUS};
 use crate::neighbours::{Neighbours, ROWS};
 use crate::particles::Kind;
+use crate::reductions::set_column;
 use crate::scheme::Kernel;
 use crate::viscosity::{VelocityLaplacian, ViscousField};
 use crate::weight::COINCIDENT;
@@ -41,29 +42,17 @@ impl Sample {
 /// Packs the columns, ghosts included.
 pub(crate) fn sample((position, velocity): (&[Vector], &[Vector]), voids: &Voids, into: &mut Vec<Sample>) {
     let Voids { inverse, inverse_rate, .. } = voids;
-    into.resize(position.len(), Sample::default());
-    for_each_chunk(&mut into[..], ROWS, |number, into| {
-        for (row, sample) in into.iter_mut().enumerate() {
-            let a = number * ROWS + row;
-            *sample = Sample {
-                position: position[a],
-                inverse_void: inverse[a],
-                velocity: velocity[a],
-                inverse_void_rate: inverse_rate[a],
-            };
-        }
+    set_column(into, position.len(), |a| Sample {
+        position: position[a],
+        inverse_void: inverse[a],
+        velocity: velocity[a],
+        inverse_void_rate: inverse_rate[a],
     });
 }
 
 /// The mobility `eps + (1 - eps) rho/rho_s` of fluid and grains under a pressure gradient, ghosts included.
 pub(crate) fn mobility(voids: &Voids, into: &mut Vec<Real>) {
-    into.resize(voids.inverse.len(), 0.0);
-    for_each_chunk(&mut into[..], ROWS, |number, into| {
-        for (row, mobility) in into.iter_mut().enumerate() {
-            let a = number * ROWS + row;
-            *mobility = 1.0 / voids.inverse[a] + voids.grain_mobility[a];
-        }
-    });
+    set_column(into, voids.inverse.len(), |a| 1.0 / voids.inverse[a] + voids.grain_mobility[a]);
 }
 
 /// Sums of a particle at the start of a step.

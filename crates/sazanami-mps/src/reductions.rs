@@ -12,8 +12,13 @@ pub(crate) fn set_column<T: Clone + Default + Send>(
     value: impl Fn(usize) -> T + Sync,
 ) {
     column.resize(count, T::default());
-    for_each_chunk(&mut column[..], ROWS, |number, column| {
-        column.iter_mut().enumerate().for_each(|(row, entry)| *entry = value(number * ROWS + row));
+    for_each_entry(column, |n, entry| *entry = value(n));
+}
+
+/// Calls `body` with the number of each entry of a column and the entry.
+pub(crate) fn for_each_entry<T: Send>(column: &mut [T], body: impl Fn(usize, &mut T) + Sync) {
+    for_each_chunk(column, ROWS, |number, column| {
+        column.iter_mut().enumerate().for_each(|(row, entry)| body(number * ROWS + row, entry));
     });
 }
 

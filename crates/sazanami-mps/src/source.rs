@@ -9,6 +9,7 @@ use crate::neighbours::ROWS;
 use crate::number_density::{NumberDensity, Prediction, Sample, rate_by};
 use crate::particles::{Particles, Role};
 use crate::pressure::hydrostatic;
+use crate::reductions::for_each_entry;
 
 /// Sums and columns from which the source is computed.
 #[derive(Clone, Copy)]
@@ -75,27 +76,19 @@ pub(crate) fn set_right_side(
 /// `predicted` are positions \[m].
 pub(crate) fn prescribe(step: &Context<'_>, particles: &mut Particles, predicted: &[Vector]) {
     let role = &particles.role[..];
-    for_each_chunk(&mut particles.pressure[..], ROWS, |number, pressure| {
-        for (row, pressure) in pressure.iter_mut().enumerate() {
-            let a = number * ROWS + row;
-            match role[a] {
-                Role::Inactive => *pressure = 0.0,
-                Role::Dirichlet => *pressure = reduced_of_zero(step, predicted[a]),
-                Role::Unknown => {}
-            }
-        }
+    for_each_entry(&mut particles.pressure, |a, pressure| match role[a] {
+        Role::Inactive => *pressure = 0.0,
+        Role::Dirichlet => *pressure = reduced_of_zero(step, predicted[a]),
+        Role::Unknown => {}
     });
 }
 
 /// Sets the total pressure of inactive own particles to zero.
 pub(crate) fn release_inactive(step: &Context<'_>, particles: &mut Particles, position: &[Vector]) {
     let Particles { role, pressure, owned, .. } = particles;
-    for_each_chunk(&mut pressure[..*owned], ROWS, |number, pressure| {
-        for (row, pressure) in pressure.iter_mut().enumerate() {
-            let a = number * ROWS + row;
-            if role[a] == Role::Inactive {
-                *pressure = reduced_of_zero(step, position[a]);
-            }
+    for_each_entry(&mut pressure[..*owned], |a, pressure| {
+        if role[a] == Role::Inactive {
+            *pressure = reduced_of_zero(step, position[a]);
         }
     });
 }

@@ -8,7 +8,7 @@ use crate::ghosts::Ghosts;
 use crate::matrix::{Block, CLOSE_RADIUS};
 use crate::neighbours::ROWS;
 use crate::particles::Kind;
-use crate::reductions::{largest, sum_of};
+use crate::reductions::{largest, set_column, sum_of};
 use crate::scheme::{Kernel, STABILISATION_DISTANCE};
 
 /// Distance over the particle spacing below which a pair collides.
@@ -140,13 +140,9 @@ impl Moved<'_> {
 
 /// Edge of the bulk volume `l0^3/eps` of each particle \[m].
 fn sizes(spacing: Real, kind: &[Kind], inverse_void: &[Real], into: &mut Vec<Real>) {
-    into.resize(kind.len(), 0.0);
-    for_each_chunk(&mut into[..], ROWS, |number, into| {
-        for (row, size) in into.iter_mut().enumerate() {
-            let a = number * ROWS + row;
-            let plain = kind[a] != Kind::Fluid || inverse_void[a] == 1.0;
-            *size = if plain { spacing } else { spacing * inverse_void[a].cbrt() };
-        }
+    set_column(into, kind.len(), |a| {
+        let plain = kind[a] != Kind::Fluid || inverse_void[a] == 1.0;
+        if plain { spacing } else { spacing * inverse_void[a].cbrt() }
     });
 }
 

@@ -66,12 +66,11 @@ const WIDE_GAP: Real = 0.12;
 /// All findings together, if one of them is an error.
 pub fn check(loaded: &LoadedCase, machine: &Machine, model: &CostModel) -> Result<Feasible, Box<CaseError>> {
     let mut report = loaded.warnings.clone();
-    let refused = |diagnostics: Diagnostics| Box::new(CaseError { source: loaded.source.clone(), diagnostics });
     warn_of_tank(loaded, &mut report);
     warn_of_overlap(loaded, &mut report);
     check_memory(loaded, machine, model, &mut report);
     if report.has_errors() {
-        return Err(refused(report));
+        return Err(loaded.refused(report));
     }
     let (shapes, beds) = (shapes(loaded, &mut report), beds::read(loaded, &mut report));
     let facts = match complete(loaded, &shapes, &beds) {
@@ -93,11 +92,11 @@ pub fn check(loaded: &LoadedCase, machine: &Machine, model: &CostModel) -> Resul
             let facts = facts_of_all(&shapes, &beds);
             Search { loaded: &rest, case: &rest.case, shapes: &shapes, beds: &beds, report: &mut report }
                 .faults(&facts);
-            return Err(refused(report));
+            return Err(loaded.refused(report));
         }
     };
     if report.has_errors() {
-        return Err(refused(report));
+        return Err(loaded.refused(report));
     }
     Ok(Feasible { shapes: shapes.into_iter().flatten().collect(), beds, facts, warnings: report })
 }
@@ -126,7 +125,7 @@ pub fn check_without_grains(
     check_memory(loaded, machine, model, &mut report);
     let shapes = if report.has_errors() { Vec::new() } else { usable_shapes(loaded, &mut report) };
     if report.has_errors() {
-        return Err(Box::new(CaseError { source: loaded.source.clone(), diagnostics: report }));
+        return Err(loaded.refused(report));
     }
     let facts = shapes.iter().map(|shape| facts_of(shape, None)).collect();
     Ok(Feasible { beds: vec![None; shapes.len()], shapes, facts, warnings: report })
@@ -142,7 +141,7 @@ pub fn shapes_and_beds(loaded: &LoadedCase, with_beds: bool) -> Result<ShapesAnd
     let shapes = usable_shapes(loaded, &mut report);
     let beds = if with_beds { beds::read(loaded, &mut report) } else { vec![None; shapes.len()] };
     if report.has_errors() {
-        return Err(Box::new(CaseError { source: loaded.source.clone(), diagnostics: report }));
+        return Err(loaded.refused(report));
     }
     Ok((shapes, beds))
 }
@@ -158,7 +157,7 @@ pub fn shapes_alone(loaded: &LoadedCase) -> Result<Vec<Shape>, Box<CaseError>> {
     let mut report = loaded.warnings.clone();
     let shapes = usable_shapes(loaded, &mut report);
     if report.has_errors() {
-        return Err(Box::new(CaseError { source: loaded.source.clone(), diagnostics: report }));
+        return Err(loaded.refused(report));
     }
     Ok(shapes)
 }

@@ -1,68 +1,11 @@
-//! When something is due: at regular times, at listed times, or both.
+//! Times on which steps end.
 
 use sazanami_numerics::Real;
 
-use crate::case::meaning::{self, Case};
+use crate::case::meaning::{Case, Schedule};
 
-/// Relative distance at which two times count as one.
+/// Relative distance up to which a number of steps counts as a whole one.
 const SAME: Real = 1e-9;
-
-/// Output times, all counted from time zero so that a resumed run meets the same ones.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Schedule {
-    every: Option<Real>,
-    at: Vec<Real>,
-}
-
-impl Schedule {
-    /// Due every `every` seconds and at the times `at` \[s].
-    #[must_use]
-    pub fn new(every: Option<Real>, mut at: Vec<Real>) -> Self {
-        at.sort_by(Real::total_cmp);
-        Self { every, at }
-    }
-
-    /// Next time after `now` \[s] at which something is due.
-    #[must_use]
-    pub fn next_after(&self, now: Real) -> Option<Real> {
-        let later = |time: Real| time > now + SAME * time.abs().max(Real::MIN_POSITIVE);
-        let listed = self.at.get(self.at.partition_point(|&time| !later(time))).copied();
-        let regular = self.every.map(|every| {
-            let count = (now / every).floor();
-            let next = (count + 1.0) * every;
-            if later(next) { next } else { (count + 2.0) * every }
-        });
-        match (listed, regular) {
-            (Some(a), Some(b)) => Some(a.min(b)),
-            (a, b) => a.or(b),
-        }
-    }
-
-    /// Whether something fell due after `before` and not after `now`, up to half of `tolerance` \[s].
-    #[must_use]
-    pub fn is_due(&self, before: Real, now: Real, tolerance: Real) -> bool {
-        let reach = now + 0.5 * tolerance;
-        self.next_after(before + 0.5 * tolerance).is_some_and(|due| due <= reach + SAME * reach.abs())
-    }
-
-    /// The times after `before` and not after `now` \[s] at which something is due, in their order.
-    pub fn within(&self, before: Real, now: Real) -> impl Iterator<Item = Real> {
-        let until = now + SAME * now.abs();
-        std::iter::successors(self.next_after(before), |&due| self.next_after(due)).take_while(move |&due| due <= until)
-    }
-
-    /// Whether there is any time in it.
-    #[must_use]
-    pub fn is_used(&self) -> bool {
-        self.every.is_some() || !self.at.is_empty()
-    }
-
-    /// Whether time zero itself is listed or regular.
-    #[must_use]
-    pub fn starts_at_zero(&self) -> bool {
-        self.every.is_some() || self.at.first() == Some(&0.0)
-    }
-}
 
 /// Times on which a step has to end: those of series, fields, grains, pictures and checkpoints. Probes are read between
 /// the ends of steps and shorten none.
@@ -74,10 +17,9 @@ impl StepEnds {
     #[must_use]
     pub fn of(case: &Case) -> Self {
         let output = &case.output;
-        let by_time = |written: &meaning::Schedule| Schedule::new(written.every, written.at.clone());
         let [series, fields, grains, figures] =
-            [&output.series, &output.fields, &output.grains, &output.figures].map(by_time);
-        Self([series, fields, grains, figures, Schedule::new(case.checkpoint.every, Vec::new())])
+            [&output.series, &output.fields, &output.grains, &output.figures].map(Schedule::clone);
+        Self([series, fields, grains, figures, case.checkpoint.schedule()])
     }
 
     /// Next of them after `now` \[s].
@@ -129,7 +71,7 @@ mod tests {
     #[test]
     fn steps_are_counted_between_their_ends_and_as_long_as_they_may_be() {
         let ends = |every: Option<Real>| {
-            let [none, some] = [None, every].map(|every| Schedule::new(every, Vec::new()));
+            let [none, some] = [None, every].map(|every| Schedule { every, ..Schedule::default() });
             StepEnds([some, none.clone(), none.clone(), none.clone(), none])
         };
         // A second of steps of 0.1 s and nine of 0.5 s.
@@ -140,27 +82,5 @@ mod tests {
         assert_eq!(ends(None).steps(10.0, &longest, 14.0), (14.0, 5.0));
         let (steps, to) = ends(Some(1e-4)).steps(10.0, &longest, all);
         assert!((steps - 1e5).abs() < 2.0 && to == 10.0, "{steps}");
-    }
-
-    #[test]
-    fn regular_times_are_met_once_each() {
-        let schedule = Schedule::new(Some(0.1), vec![0.25]);
-        let mut now = 0.0;
-        let mut met = Vec::new();
-        while let Some(due) = schedule.next_after(now).filter(|&due| due < 0.55) {
-            assert!(schedule.is_due(now, due, 0.0));
-            assert!(!schedule.is_due(due, due + 0.01, 0.0));
-            met.push((due * 100.0).round() as i32);
-            now = due;
-        }
-        assert_eq!(met, [10, 20, 25, 30, 40, 50]);
-    }
-
-    #[test]
-    fn fixed_steps_report_at_the_nearest_step() {
-        let schedule = Schedule::new(None, vec![0.0123]);
-        let dt = 0.002;
-        let due: Vec<u64> = (1..20).filter(|&n| schedule.is_due((n - 1) as Real * dt, n as Real * dt, dt)).collect();
-        assert_eq!(due, [6]);
     }
 }

@@ -117,7 +117,7 @@ pub fn made_ready(loaded: &LoadedCase, commit: Option<&str>) -> Result<MadeReady
     let (mut report, mut messages) = (Diagnostics::default(), Vec::new());
     let tank = find(loaded, commit.unwrap_or("unknown"), &mut report, |text| messages.push(text));
     if report.has_errors() {
-        return Err(Box::new(CaseError { source: loaded.source.clone(), diagnostics: report }));
+        return Err(loaded.refused(report));
     }
     Ok(MadeReady { tank, messages })
 }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use sazanami_case_derive::Keys;
-use sazanami_dem::{ContactLaw, Damping, LinearSpringDashpot};
+use sazanami_dem::{Damping, LinearSpringDashpot};
 use sazanami_numerics::Real;
 
 use crate::key::{Keys, TableDoc};
@@ -101,7 +101,7 @@ pub struct PairContact {
     /// The other, or [`WALL`].
     pub b: String,
     /// Their contact law, with what `[dem]` says of all contacts.
-    pub law: ContactLaw,
+    pub law: LinearSpringDashpot,
 }
 
 /// Contact of every pair of materials that can meet, walls included: a table for each.
@@ -169,7 +169,7 @@ fn check_name(pair: &str, span: Range<usize>, cx: &mut Context<'_>) {
 
 /// The law of the first of these pairs; what it leaves open is taken from the next that the case gives, and from `default` in
 /// the end.
-fn law_of(given: &[(String, ContactKeys)], pairs: &[[&str; 2]], cx: &mut Context<'_>) -> ContactLaw {
+fn law_of(given: &[(String, ContactKeys)], pairs: &[[&str; 2]], cx: &mut Context<'_>) -> LinearSpringDashpot {
     let named = |wanted: String| given.iter().find(|(name, _)| *name == wanted).map(|(_, keys)| keys);
     let pair = |[a, b]: &[&str; 2]| named(format!("{a}/{b}")).or_else(|| named(format!("{b}/{a}")));
     let layers: Vec<&ContactKeys> = pairs.iter().filter_map(pair).chain(named("default".into())).collect();
@@ -202,7 +202,7 @@ fn law_of(given: &[(String, ContactKeys)], pairs: &[[&str; 2]], cx: &mut Context
     };
     let normal_stiffness = number(|keys| keys.normal_stiffness).unwrap_or(SAND.normal_stiffness);
     let dem = &cx.known.dem;
-    let law = LinearSpringDashpot {
+    LinearSpringDashpot {
         normal_stiffness,
         tangential_stiffness: number(|keys| keys.tangential_stiffness).unwrap_or(normal_stiffness),
         damping,
@@ -210,13 +210,11 @@ fn law_of(given: &[(String, ContactKeys)], pairs: &[[&str; 2]], cx: &mut Context
         tension: layers.iter().find_map(|keys| keys.tension).unwrap_or(dem.tension),
         tangential_force: dem.tangential_force,
         rolling_friction: dem.rolling_friction,
-    };
-    law.into()
+    }
 }
 
 impl ContactKeys {
-    fn of(law: &ContactLaw) -> Self {
-        let ContactLaw::LinearSpringDashpot(law) = law;
+    fn of(law: &LinearSpringDashpot) -> Self {
         let same = Self {
             normal_stiffness: Some(law.normal_stiffness),
             tangential_stiffness: Some(law.tangential_stiffness),

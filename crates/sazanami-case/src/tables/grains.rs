@@ -7,7 +7,7 @@ use sazanami_dem::Motion;
 use sazanami_numerics::{Real, Vector};
 
 use super::contact_spheres::ContactSphereKeys;
-use super::{ContactSphereChoice, GrainPlacement, GrainShape, Share, SizeDistribution, read_by};
+use super::{ContactSphereChoice, GrainPlacement, GrainShape, Share, SizeDistribution};
 use crate::presets::{Paper, Solver};
 use crate::read::{Context, Table};
 use crate::suggest::nearest;
@@ -20,80 +20,50 @@ const PAPER_MASS: Real = 1.93e-7;
 const LEVELLED: Real = 0.70;
 
 /// A population of grains.
-#[derive(Clone, Debug, Keys)]
+#[derive(Clone, Debug, PartialEq, Keys)]
 #[keys(check = Self::check)]
-struct PopulationKeys {
+pub struct Population {
     /// Name, unlike that of any other population.
     #[key(default = numbered(table), says = "`grains N`")]
-    name: String,
+    pub name: String,
     /// Number of grains: required with `placement.packed` unless the bed is levelled; the other placements tell it
     /// themselves, of grains that are fed in it is the most.
     #[key(least = 1)]
-    count: Option<usize>,
+    pub count: Option<usize>,
     /// Name of the material.
     #[key(default = only_material(table, cx), says = "the only one")]
-    material: String,
+    pub material: String,
     /// Seed of random places, orientations and sizes.
     #[key(default = 1)]
-    seed: u64,
+    pub seed: u64,
     /// Motion of the grains; `prescribed` is for lists and lattices only.
     #[key(word, shared, default = Motion::Free)]
-    motion: Motion,
+    pub motion: Motion,
     /// Time at which the grains begin to move; until then they are held where they are put, at rest. For lists and lattices of
     /// free grains.
     #[key(unit = "s", range = NonNegative, says = "from the start on")]
-    release: Option<Real>,
+    pub release: Option<Real>,
     /// Mass of a grain of size factor 1, instead of density times volume of the mesh.
     #[key(unit = "kg", range = Positive, paper_literal = (Yagyu, PAPER_MASS,
           "table 1's mass, for the spheroid of 0.52 mm x 1.27 mm only"))]
-    mass_override: Option<Real>,
-    #[key(flatten)]
-    spheres: ContactSphereKeys,
+    pub mass_override: Option<Real>,
+    /// Spheres by which contacts are found.
+    #[key(flatten, via = ContactSphereKeys, then = contact_spheres.meaning(&shape, table, cx))]
+    pub contact_spheres: ContactSphereChoice,
     /// Size factors.
     #[key(table, dotted, default = SizeDistribution::Equal, says = "all 1")]
-    size: SizeDistribution,
+    pub(crate) size: SizeDistribution,
     /// Shape of a grain.
     #[key(
         table,
         dotted,
         example = "`shape.spheroid = { diameter = \"0.52 mm\", length = \"1.27 mm\" }` or another shape"
     )]
-    shape: GrainShape,
+    pub shape: GrainShape,
     /// Placement of the grains.
     #[key(table, example = "`placement.packed = {}`, `bed`, `lattice` or `list`")]
-    placement: GrainPlacement,
-    #[key(skip = ContactSphereChoice::Single)]
-    contact_spheres: ContactSphereChoice,
-}
-
-/// Grains of one kind.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Population {
-    /// Name, unlike that of any other population.
-    pub name: String,
-    /// Number; given by the file for beds read from one, at most as many of grains that are fed in.
-    pub count: Option<usize>,
-    /// Shape of a grain of size factor 1.
-    pub shape: GrainShape,
-    /// Spheres by which its contacts are found.
-    pub contact_spheres: ContactSphereChoice,
-    /// Name of the material.
-    pub material: String,
-    /// Mass of a grain of size factor 1 \[kg] instead of density times volume.
-    pub mass_override: Option<Real>,
-    /// Size factors, of grains that are not listed: [`Self::sizes`].
-    pub(crate) size: SizeDistribution,
-    /// Seed of its random numbers.
-    pub seed: u64,
-    /// Motion of its grains (listed grains say so themselves).
-    pub motion: Motion,
-    /// Time until which its free grains are held \[s], if they are.
-    pub release: Option<Real>,
-    /// Their placement.
     pub placement: GrainPlacement,
 }
-
-read_by!(Population, PopulationKeys);
 
 impl Population {
     /// Size factors of its grains: those of a list, else as they are drawn. A bed file has its own, within these.
@@ -182,11 +152,10 @@ fn only_material(table: &Table<'_>, cx: &mut Context<'_>) -> String {
     String::new()
 }
 
-impl PopulationKeys {
+impl Population {
     fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
         self.size.check(&table.get("size"), cx);
         self.check_material(table, cx);
-        self.contact_spheres = std::mem::take(&mut self.spheres).meaning(&self.shape, table, cx);
         let is_ball = matches!(self.shape, GrainShape::Sphere { .. });
         if cx.known.solver == Solver::Mps && is_ball && self.contact_spheres != ContactSphereChoice::Single {
             cx.report
@@ -230,6 +199,7 @@ impl PopulationKeys {
                 .label("expected at least one")
                 .help("for example `list = [{ position = [\"5 mm\", \"5 mm\", \"5 mm\"] }]`");
         }
+        cx.known.motion = Motion::Free;
     }
 
     fn check_release(&self, table: &Table<'_>, cx: &mut Context<'_>) {
@@ -332,68 +302,6 @@ impl PopulationKeys {
                 .help("leave out `count`");
         }
         Some(implied)
-    }
-
-    fn meaning(self, cx: &mut Context<'_>) -> Option<Population> {
-        cx.known.motion = Motion::Free;
-        let Self {
-            name,
-            count,
-            material,
-            seed,
-            motion,
-            release,
-            mass_override,
-            size,
-            shape,
-            placement,
-            contact_spheres,
-            ..
-        } = self;
-        Some(Population {
-            name,
-            count,
-            shape,
-            contact_spheres,
-            material,
-            mass_override,
-            size,
-            seed,
-            motion,
-            release,
-            placement,
-        })
-    }
-
-    fn of(population: &Population) -> Self {
-        let Population {
-            name,
-            count,
-            shape,
-            contact_spheres,
-            material,
-            mass_override,
-            size,
-            seed,
-            motion,
-            release,
-            placement,
-        } = population.clone();
-        let spheres = ContactSphereKeys::of(&contact_spheres);
-        Self {
-            name,
-            count,
-            material,
-            seed,
-            motion,
-            release,
-            mass_override,
-            spheres,
-            size,
-            shape,
-            placement,
-            contact_spheres,
-        }
     }
 }
 

@@ -5,7 +5,7 @@ use sazanami_mics::flow::DropVelocity;
 use sazanami_numerics::{Real, Vector};
 
 use super::grains::numbered;
-use super::{BoundarySide, FluidName, Region, read_by};
+use super::{BoundarySide, FluidName, Region};
 use crate::presets::Solver;
 use crate::read::{Context, Table};
 
@@ -30,47 +30,6 @@ impl Fall {
     }
 }
 
-/// A body of liquid (or a bubble) at the start. Everything else is gas; later bodies take the place of earlier ones.
-#[derive(Clone, Debug, Keys)]
-#[keys(check = Self::check)]
-struct LiquidKeys {
-    /// Name, for messages and results.
-    #[key(default = numbered(table), says = "`liquid N`")]
-    name: String,
-    /// Fluid that fills it; `gas` puts a bubble into an earlier liquid.
-    #[key(word, default = FluidName::Liquid)]
-    fluid: FluidName,
-    /// Shape about its origin.
-    #[key(table, inline, example = "`region.sphere = { diameter = \"5.537 mm\" }` or another shape")]
-    region: Region,
-    /// Position of the shape's origin.
-    #[key(unit = "m", says = "the origin")]
-    position: Option<Vector>,
-    /// Instead of `position`: height of the shape's origin above H_s, the highest point of the bed in use within
-    /// `bed.height_radius` of the axis.
-    #[key(unit = "m")]
-    above_bed: Option<Real>,
-    /// Instead of `position`: height of the shape's lowest point above H_s.
-    #[key(unit = "m")]
-    gap_above_bed: Option<Real>,
-    /// Offset in x1 and x2 from the axis `bed.axis`, with `above_bed` or `gap_above_bed`.
-    #[key(unit = "m", says = "none")]
-    offset: Option<[Real; 2]>,
-    /// Velocity.
-    #[key(unit = "m/s", says = "at rest")]
-    velocity: Option<Vector>,
-    /// Speed and direction of a fall, instead of the velocity.
-    #[key(table)]
-    fall: Option<Fall>,
-    /// Velocity in cells that it fills in part.
-    #[key(word, default, paper_literal = (Yagyu, DropVelocity::Beta,
-          "u3 = beta_w v: cells with some water get some of the velocity"))]
-    drop_velocity: DropVelocity,
-    /// Whether it may touch grains at the start; otherwise a liquid that does is refused.
-    #[key(default = cx.known.solver == Solver::Mps, says = "`false`; `true` for `solver = \"mps\"`")]
-    allow_touching_grains: bool,
-}
-
 /// Placement of a region.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Placement {
@@ -87,36 +46,53 @@ pub enum Placement {
     },
 }
 
-/// A body of liquid (or a bubble) at the start.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LiquidRegion {
-    /// Name for messages and results.
-    pub name: String,
-    /// Fluid that fills it. Later regions overwrite earlier ones.
-    pub fluid: FluidName,
-    /// Its shape about its origin.
-    pub region: Region,
-    /// Placement of its origin.
-    pub placement: Placement,
-    /// Velocity [m/s].
-    pub velocity: Vector,
-    /// Velocity in cells that it fills in part.
-    pub drop_velocity: DropVelocity,
-    /// Whether it may touch grains at the start.
-    pub allow_touching_grains: bool,
+/// Velocity of a liquid: as it is, or by a fall.
+#[derive(Clone, Copy, Debug, Keys)]
+struct VelocityKeys {
+    /// Velocity.
+    #[key(unit = "m/s", says = "at rest")]
+    velocity: Option<Vector>,
+    /// Speed and direction of a fall, instead of the velocity.
+    #[key(table)]
+    fall: Option<Fall>,
 }
 
-read_by!(LiquidRegion, LiquidKeys);
-
-impl LiquidKeys {
-    fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
-        self.region.check(&table.get("region"), cx);
+impl VelocityKeys {
+    fn meaning(self, table: &Table<'_>, cx: &mut Context<'_>) -> Vector {
         if self.velocity.is_some() && self.fall.is_some() {
             cx.report
                 .error(table.span(), "`velocity` and `fall` say the same thing twice")
                 .label("this liquid has both")
                 .help("keep one of the two");
         }
+        self.velocity.or(self.fall.map(Fall::velocity)).unwrap_or(Vector::ZERO)
+    }
+
+    fn of(velocity: &Vector) -> Self {
+        Self { velocity: Some(*velocity), fall: None }
+    }
+}
+
+/// Place of a liquid: a point, or a height above the bed.
+#[derive(Clone, Copy, Debug, Default, Keys)]
+struct PlacementKeys {
+    /// Position of the shape's origin.
+    #[key(unit = "m", says = "the origin")]
+    position: Option<Vector>,
+    /// Instead of `position`: height of the shape's origin above H_s, the highest point of the bed in use within
+    /// `bed.height_radius` of the axis.
+    #[key(unit = "m")]
+    above_bed: Option<Real>,
+    /// Instead of `position`: height of the shape's lowest point above H_s.
+    #[key(unit = "m")]
+    gap_above_bed: Option<Real>,
+    /// Offset in x1 and x2 from the axis `bed.axis`, with `above_bed` or `gap_above_bed`.
+    #[key(unit = "m", says = "none")]
+    offset: Option<[Real; 2]>,
+}
+
+impl PlacementKeys {
+    fn meaning(self, table: &Table<'_>, cx: &mut Context<'_>) -> Placement {
         if [self.position.is_some(), self.above_bed.is_some(), self.gap_above_bed.is_some()]
             .into_iter()
             .filter(|given| *given)
@@ -128,29 +104,91 @@ impl LiquidKeys {
                 .label("more than one of `position`, `above_bed` and `gap_above_bed` is given")
                 .help("keep one of them");
         }
-        match self.above_bed.or(self.gap_above_bed) {
-            Some(_) => self.check_above_bed(table, cx),
-            None if self.offset.is_some() => {
-                cx.report
-                    .error(table.place("offset"), "`offset` belongs to a place above the bed")
-                    .label("there is no `above_bed` or `gap_above_bed` beside it")
-                    .help("shift `position` instead");
+        let offset = self.offset.unwrap_or([0.0; 2]);
+        match (self.above_bed, self.gap_above_bed) {
+            (Some(height), _) => Placement::AboveBed { height, to_bottom: false, offset },
+            (None, Some(height)) => Placement::AboveBed { height, to_bottom: true, offset },
+            (None, None) => {
+                if self.offset.is_some() {
+                    cx.report
+                        .error(table.place("offset"), "`offset` belongs to a place above the bed")
+                        .label("there is no `above_bed` or `gap_above_bed` beside it")
+                        .help("shift `position` instead");
+                }
+                Placement::Absolute(self.position.unwrap_or(Vector::ZERO))
             }
-            None => {}
+        }
+    }
+
+    fn of(placement: &Placement) -> Self {
+        match *placement {
+            Placement::Absolute(position) => Self { position: Some(position), ..Self::default() },
+            Placement::AboveBed { height, to_bottom, offset } => Self {
+                above_bed: (!to_bottom).then_some(height),
+                gap_above_bed: to_bottom.then_some(height),
+                offset: Some(offset),
+                ..Self::default()
+            },
+        }
+    }
+}
+
+/// A body of liquid (or a bubble) at the start. Everything else is gas; later bodies take the place of earlier ones.
+#[derive(Clone, Debug, PartialEq, Keys)]
+#[keys(check = Self::check)]
+pub struct LiquidRegion {
+    /// Name, for messages and results.
+    #[key(default = numbered(table), says = "`liquid N`")]
+    pub name: String,
+    /// Fluid that fills it; `gas` puts a bubble into an earlier liquid.
+    #[key(word, default = FluidName::Liquid)]
+    pub fluid: FluidName,
+    /// Shape about its origin.
+    #[key(table, inline, example = "`region.sphere = { diameter = \"5.537 mm\" }` or another shape")]
+    pub region: Region,
+    /// Placement of that origin.
+    #[key(flatten, via = PlacementKeys, then = placement.meaning(table, cx))]
+    pub placement: Placement,
+    /// Velocity [m/s].
+    #[key(flatten, via = VelocityKeys, then = velocity.meaning(table, cx))]
+    pub velocity: Vector,
+    /// Velocity in cells that it fills in part.
+    #[key(word, default, paper_literal = (Yagyu, DropVelocity::Beta,
+          "u3 = beta_w v: cells with some water get some of the velocity"))]
+    pub drop_velocity: DropVelocity,
+    /// Whether it may touch grains at the start; otherwise a liquid that does is refused.
+    #[key(default = cx.known.solver == Solver::Mps, says = "`false`; `true` for `solver = \"mps\"`")]
+    pub allow_touching_grains: bool,
+}
+
+impl LiquidRegion {
+    /// Height of its highest point \[m], as far as that is known before the bed is.
+    #[must_use]
+    pub fn top(&self) -> Option<Real> {
+        match self.placement {
+            Placement::Absolute(position) => Some(position.z + self.region.heights()[1]),
+            Placement::AboveBed { .. } => None,
+        }
+    }
+
+    fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
+        self.region.check(&table.get("region"), cx);
+        if let Placement::AboveBed { height, to_bottom, .. } = self.placement {
+            self.check_above_bed(height, to_bottom, table, cx);
         }
         self.check_place(table, cx);
     }
 
-    fn check_above_bed(&self, table: &Table<'_>, cx: &mut Context<'_>) {
-        let place = table.place(if self.above_bed.is_some() { "above_bed" } else { "gap_above_bed" });
+    fn check_above_bed(&self, height: Real, to_bottom: bool, table: &Table<'_>, cx: &mut Context<'_>) {
+        let place = table.place(if to_bottom { "gap_above_bed" } else { "above_bed" });
         if !cx.known.has_bed() && !cx.known.is_damaged {
             cx.report
                 .error(place.clone(), "there is no bed to be above")
                 .label("needs grains with `placement.packed` or `placement.bed`")
                 .help("give the `position` of the liquid instead");
         }
-        let bottom = self.above_bed.map(|height| height + self.region.heights()[0]).or(self.gap_above_bed);
-        if let Some(bottom) = bottom.filter(|bottom| *bottom < 0.0 && !self.allow_touching_grains) {
+        let bottom = if to_bottom { height } else { height + self.region.heights()[0] };
+        if bottom < 0.0 && !self.allow_touching_grains {
             cx.report
                 .error(place, "the liquid begins within the bed")
                 .label(format!("its lowest point lies {:.4} mm below the highest grain", -bottom * 1e3))
@@ -164,7 +202,7 @@ impl LiquidKeys {
         // Through periodic sides it goes on, but for liquids from files.
         let is_sampled = self.region.is_sampled();
         let goes_on = cx.known.boundary.map(|[side, _]| side == BoundarySide::Periodic && !is_sampled);
-        let (shift, heights_known) = match self.placement() {
+        let (shift, heights_known) = match self.placement {
             Placement::Absolute(position) => (position, true),
             Placement::AboveBed { offset, .. } => {
                 (Vector::new(axis[0] + offset[0], axis[1] + offset[1], domain.lower.z), false)
@@ -195,52 +233,6 @@ impl LiquidKeys {
             cx.report
                 .warning(Some(table.place("region")), format!("`{}` reaches over the edge of the box", self.name))
                 .label("what is outside is cut off");
-        }
-    }
-
-    fn placement(&self) -> Placement {
-        let offset = self.offset.unwrap_or([0.0; 2]);
-        match (self.above_bed, self.gap_above_bed) {
-            (Some(height), _) => Placement::AboveBed { height, to_bottom: false, offset },
-            (None, Some(height)) => Placement::AboveBed { height, to_bottom: true, offset },
-            (None, None) => Placement::Absolute(self.position.unwrap_or(Vector::ZERO)),
-        }
-    }
-
-    fn meaning(self, _: &mut Context<'_>) -> Option<LiquidRegion> {
-        Some(LiquidRegion {
-            placement: self.placement(),
-            name: self.name,
-            fluid: self.fluid,
-            region: self.region,
-            velocity: self.velocity.or(self.fall.map(Fall::velocity)).unwrap_or(Vector::ZERO),
-            drop_velocity: self.drop_velocity,
-            allow_touching_grains: self.allow_touching_grains,
-        })
-    }
-
-    fn of(liquid: &LiquidRegion) -> Self {
-        let here = Self {
-            name: liquid.name.clone(),
-            fluid: liquid.fluid,
-            region: liquid.region.clone(),
-            position: None,
-            above_bed: None,
-            gap_above_bed: None,
-            offset: None,
-            velocity: Some(liquid.velocity),
-            fall: None,
-            drop_velocity: liquid.drop_velocity,
-            allow_touching_grains: liquid.allow_touching_grains,
-        };
-        match liquid.placement {
-            Placement::Absolute(position) => Self { position: Some(position), ..here },
-            Placement::AboveBed { height, to_bottom, offset } => Self {
-                above_bed: (!to_bottom).then_some(height),
-                gap_above_bed: to_bottom.then_some(height),
-                offset: Some(offset),
-                ..here
-            },
         }
     }
 }

@@ -84,12 +84,6 @@ impl LiquidFile {
         }
     }
 
-    /// The liquid moved by `shift` \[m].
-    #[must_use]
-    pub fn moved(&self, shift: Vector) -> Self {
-        Self { centre: self.centre + shift, ..self.clone() }
-    }
-
     /// The body where it lies, once it is read.
     #[must_use]
     pub fn placed(&self) -> Option<PlacedLiquid> {

@@ -47,7 +47,7 @@ pub use grain_shape::*;
 pub use grains::*;
 pub use liquid::*;
 pub use liquid_file::*;
-pub use motion::{Axis, Motion as TankMotion, Peak, WallMotion};
+pub use motion::{Motion as TankMotion, Peak, WallMotion};
 pub use observed::*;
 pub use output::*;
 pub use overlap::*;

@@ -8,6 +8,7 @@ use sazanami_io::readings::Readings;
 use sazanami_numerics::spline::Spline;
 use sazanami_numerics::{Real, Vector, choices};
 
+use super::Direction;
 use crate::read::{Context, Table};
 use crate::units::rounded;
 
@@ -18,22 +19,6 @@ choices! {
         AtRest = "at_rest",
         /// From the laboratory, for `solver = "mps"`: the walls move.
         Moving = "moving",
-    }
-
-    /// A direction.
-    pub enum Axis {
-        /// Along x1.
-        X1 = "x1",
-        /// Along x2.
-        X2 = "x2",
-        /// Along x3.
-        X3 = "x3",
-    }
-}
-
-impl Axis {
-    fn direction(self) -> Vector {
-        [Vector::X, Vector::Y, Vector::Z][self as usize]
     }
 }
 
@@ -58,8 +43,8 @@ pub(super) struct MotionKeys {
     /// A table `t_s,x_m` instead of the formula, joined by a natural cubic spline.
     file: Option<PathBuf>,
     /// Direction of the motion in that file.
-    #[key(word, default = Axis::X1, omit_if = self.file.is_none())]
-    axis: Axis,
+    #[key(word, default = Direction::X1, omit_if = self.file.is_none())]
+    axis: Direction,
     /// Frame of positions: that of the box, or of the laboratory, in which the walls move.
     #[key(word, default = WallMotion::AtRest)]
     pub(super) walls: WallMotion,
@@ -125,7 +110,7 @@ impl MotionKeys {
             phase: None,
             ramp: None,
             file: None,
-            axis: Axis::X1,
+            axis: Direction::X1,
             walls,
             curve: None,
         };
@@ -173,7 +158,7 @@ pub enum Motion {
         /// File of the positions.
         file: PathBuf,
         /// Direction.
-        axis: Axis,
+        axis: Direction,
         /// The curve through them.
         curve: Spline,
         /// Amplitude \[m] and frequency \[Hz] of its strongest harmonic within the run, if it moves.
@@ -205,7 +190,7 @@ impl Motion {
                 ]
             }
             Self::File { axis, curve, .. } => {
-                let along = axis.direction();
+                let along = axis.vector();
                 let [x, v, a] = curve.at(time);
                 let start = curve.at(0.0)[0];
                 [along * (x - start), along * v, along * a]
@@ -221,8 +206,8 @@ impl Motion {
 
     /// The motion along a curve of positions, in a run until `until` \[s].
     #[must_use]
-    pub fn recorded(file: PathBuf, axis: Axis, curve: Spline, until: Real) -> Self {
-        let harmonic = strongest(&curve, until).map(|(amplitude, frequency)| (axis.direction() * amplitude, frequency));
+    pub fn recorded(file: PathBuf, axis: Direction, curve: Spline, until: Real) -> Self {
+        let harmonic = strongest(&curve, until).map(|(amplitude, frequency)| (axis.vector() * amplitude, frequency));
         let peaks = [1, 2].map(|derivative| peak(&curve, until, derivative));
         Self::File { file, axis, curve, harmonic, peaks }
     }
@@ -348,7 +333,7 @@ mod tests {
         let t: Vec<Real> = (0..=400).map(|n| 0.005 * n as Real).collect();
         let x: Vec<Real> = t.iter().map(|t| 0.01 * (TAU * 2.0 * t).sin()).collect();
         let recorded = |x: &[Real], until| {
-            Motion::recorded(PathBuf::new(), Axis::X1, Spline::through(&t, x).unwrap(), until).peaks().unwrap()
+            Motion::recorded(PathBuf::new(), Direction::X1, Spline::through(&t, x).unwrap(), until).peaks().unwrap()
         };
         let w = TAU * 2.0;
         let [speed, acceleration] = recorded(&x, 2.0);
@@ -371,14 +356,14 @@ mod tests {
         let x: Vec<Real> = t.iter().map(|&t| at(t)).collect();
         let curve = Spline::through(&t, &x).unwrap();
         let motion = |axis, curve, until| Motion::recorded(PathBuf::new(), axis, curve, until);
-        let (amplitude, frequency) = motion(Axis::X2, curve, 7.0).harmonic().unwrap();
+        let (amplitude, frequency) = motion(Direction::X2, curve, 7.0).harmonic().unwrap();
         assert!((frequency - 2.0).abs() < 0.02, "{frequency}");
         assert!((amplitude - Vector::new(0.0, 0.01, 0.0)).length() < 3e-4, "{amplitude}");
         // A long record of which the run sees the beginning, and one of 600 cycles.
         let t: Vec<Real> = (0..=12_000).map(|n| 0.025 * n as Real).collect();
         let record = |at: &dyn Fn(Real) -> Real, until| {
             let x: Vec<Real> = t.iter().map(|&t| at(t)).collect();
-            motion(Axis::X1, Spline::through(&t, &x).unwrap(), until)
+            motion(Direction::X1, Spline::through(&t, &x).unwrap(), until)
         };
         let soon_still = record(&|t| if t < 5.0 { 0.01 * (TAU * 2.0 * t).sin() } else { 0.0 }, 5.0);
         let (amplitude, frequency) = soon_still.harmonic().unwrap();
@@ -386,6 +371,6 @@ mod tests {
         let (_, frequency) = record(&|t| 0.01 * (TAU * 2.0 * t).sin(), 300.0).harmonic().unwrap();
         assert!((frequency - 2.0).abs() < 0.01, "{frequency}");
         let still = Spline::through(&[0.0, 1.0], &[0.3, 0.3]).unwrap();
-        assert_eq!(motion(Axis::X1, still, 1.0).harmonic(), None);
+        assert_eq!(motion(Direction::X1, still, 1.0).harmonic(), None);
     }
 }

@@ -168,14 +168,6 @@ impl BedFile {
         if !table.has("file") || self.file.is_file() {
             return;
         }
-        let help = match &self.recipe {
-            Some(recipe) => format!(
-                "make it with `sazanami run {} --set output.bed=\"{}\"`",
-                recipe.display(),
-                std::path::absolute(&self.file).unwrap_or_else(|_| self.file.clone()).display()
-            ),
-            None => "make it with a case that packs grains and names it under `output.bed`".into(),
-        };
         let (file, exists) = (self.file.display(), self.file.exists());
         let title = if exists {
             format!("the bed `{file}` is no regular file")
@@ -185,7 +177,19 @@ impl BedFile {
         cx.report
             .error(table.place("file"), title)
             .label(if exists { "a folder or a device" } else { "file not found" })
-            .help(help);
+            .help(self.how_to_make());
+    }
+
+    /// Advice on making the file anew.
+    #[must_use]
+    pub fn how_to_make(&self) -> String {
+        match &self.recipe {
+            Some(recipe) => {
+                let path = std::path::absolute(&self.file).unwrap_or_else(|_| self.file.clone());
+                format!("make it with `sazanami run {} --set output.bed=\"{}\"`", recipe.display(), path.display())
+            }
+            None => "make it with a case that packs grains and names it under `output.bed`".into(),
+        }
     }
 }
 

@@ -9,7 +9,7 @@ use super::{BoxDomain, LiquidFile};
 use crate::read::{At, Context};
 
 choices! {
-    /// A direction of the grid.
+    /// A direction of the box.
     pub enum Direction {
         /// Along x1.
         X1 = "x1",
@@ -25,6 +25,11 @@ impl Direction {
     #[must_use]
     pub fn index(self) -> usize {
         self as usize
+    }
+
+    /// The unit vector along it.
+    pub(super) fn vector(self) -> Vector {
+        Vector::AXES[self.index()]
     }
 }
 
@@ -113,51 +118,24 @@ pub enum Region {
 }
 
 impl Region {
-    /// Whether the region holds the point `x` \[m].
-    #[must_use]
-    pub fn contains(&self, x: Vector) -> bool {
-        match self {
-            Self::Box { lower, upper } => x.cmpge(*lower).all() && x.cmple(*upper).all(),
-            Self::Sphere { centre, diameter } => (x - centre).length() <= 0.5 * diameter,
-            Self::Spheroid { centre, horizontal_diameter, vertical_diameter } => {
-                let scale = Vector::new(*horizontal_diameter, *horizontal_diameter, *vertical_diameter) * 0.5;
-                ((x - centre) / scale).length() <= 1.0
-            }
-            Self::HalfSpace { point, normal } => (x - point).dot(*normal) <= 0.0,
-            Self::Cylinder { .. } | Self::Wavy { .. } | Self::File(_) => self.geometry().contains(x),
-            Self::Union(regions) => regions.iter().any(|region| region.contains(x)),
-        }
-    }
-
     /// The region moved by `shift` \[m].
     #[must_use]
     pub fn moved(&self, shift: Vector) -> Self {
-        match self {
-            Self::Box { lower, upper } => Self::Box { lower: *lower + shift, upper: *upper + shift },
-            Self::Sphere { centre, diameter } => Self::Sphere { centre: *centre + shift, diameter: *diameter },
-            Self::Spheroid { centre, horizontal_diameter, vertical_diameter } => Self::Spheroid {
-                centre: *centre + shift,
-                horizontal_diameter: *horizontal_diameter,
-                vertical_diameter: *vertical_diameter,
-            },
-            Self::HalfSpace { point, normal } => Self::HalfSpace { point: *point + shift, normal: *normal },
-            Self::Cylinder { centre, axis, diameters, amplitude, wavelength } => Self::Cylinder {
-                centre: *centre + shift,
-                axis: *axis,
-                diameters: *diameters,
-                amplitude: *amplitude,
-                wavelength: *wavelength,
-            },
-            Self::Wavy { crest, up, along, amplitude, wavelength } => Self::Wavy {
-                crest: *crest + shift,
-                up: *up,
-                along: *along,
-                amplitude: *amplitude,
-                wavelength: *wavelength,
-            },
-            Self::File(file) => Self::File(file.moved(shift)),
-            Self::Union(regions) => Self::Union(regions.iter().map(|region| region.moved(shift)).collect()),
+        let mut moved = self.clone();
+        match &mut moved {
+            Self::Box { lower, upper } => {
+                *lower += shift;
+                *upper += shift;
+            }
+            Self::Sphere { centre: place, .. }
+            | Self::Spheroid { centre: place, .. }
+            | Self::HalfSpace { point: place, .. }
+            | Self::Cylinder { centre: place, .. }
+            | Self::Wavy { crest: place, .. } => *place += shift,
+            Self::File(file) => file.centre += shift,
+            Self::Union(regions) => regions.iter_mut().for_each(|region| *region = region.moved(shift)),
         }
+        moved
     }
 
     /// The same in a box that repeats: with its images beyond the periodic sides through which it reaches. What comes from files has none.
@@ -202,31 +180,11 @@ impl Region {
         }
     }
 
-    /// Lowest and highest height of the region \[m]; infinite for half-spaces that are not horizontal.
+    /// Lowest and highest height of the region \[m]; infinite where it has no end.
     #[must_use]
     pub fn heights(&self) -> [Real; 2] {
-        match self {
-            Self::Box { lower, upper } => [lower.z, upper.z],
-            Self::Sphere { centre, diameter } => [centre.z - 0.5 * diameter, centre.z + 0.5 * diameter],
-            Self::Spheroid { centre, vertical_diameter, .. } => {
-                [centre.z - 0.5 * vertical_diameter, centre.z + 0.5 * vertical_diameter]
-            }
-            Self::HalfSpace { point, normal } => {
-                let level = normal.x == 0.0 && normal.y == 0.0;
-                [
-                    if level && normal.z < 0.0 { point.z } else { Real::NEG_INFINITY },
-                    if level && normal.z > 0.0 { point.z } else { Real::INFINITY },
-                ]
-            }
-            Self::Cylinder { .. } | Self::Wavy { .. } | Self::File(_) => {
-                let (lower, upper) = self.geometry().bounds();
-                [lower.z, upper.z]
-            }
-            Self::Union(regions) => regions
-                .iter()
-                .map(Self::heights)
-                .fold([Real::INFINITY, Real::NEG_INFINITY], |[low, high], [l, h]| [low.min(l), high.max(h)]),
-        }
+        let (lower, upper) = self.geometry().bounds();
+        [lower.z, upper.z]
     }
 
     /// The files that it names.
@@ -241,19 +199,7 @@ impl Region {
     /// Exact volume [m^3], where it has a formula.
     #[must_use]
     pub fn volume(&self) -> Option<Real> {
-        let sixth = std::f64::consts::PI / 6.0;
-        match self {
-            Self::Box { lower, upper } => {
-                let edges = *upper - *lower;
-                Some(edges.x * edges.y * edges.z)
-            }
-            Self::Sphere { diameter, .. } => Some(sixth * diameter.powi(3)),
-            Self::Spheroid { horizontal_diameter, vertical_diameter, .. } => {
-                Some(sixth * horizontal_diameter.powi(2) * vertical_diameter)
-            }
-            Self::File(_) => self.geometry().volume(),
-            Self::HalfSpace { .. } | Self::Cylinder { .. } | Self::Wavy { .. } | Self::Union(_) => None,
-        }
+        self.geometry().volume()
     }
 
     /// Reports errors of the region; a normal becomes a unit vector.
@@ -300,24 +246,7 @@ impl Region {
     /// Bounding box \[m], where it is finite.
     #[must_use]
     pub fn bounds(&self) -> Option<(Vector, Vector)> {
-        match self {
-            Self::Box { lower, upper } => Some((*lower, *upper)),
-            Self::Sphere { centre, diameter } => {
-                let half = Vector::splat(0.5 * diameter);
-                Some((*centre - half, *centre + half))
-            }
-            Self::Spheroid { centre, horizontal_diameter, vertical_diameter } => {
-                let half = Vector::new(*horizontal_diameter, *horizontal_diameter, *vertical_diameter) * 0.5;
-                Some((*centre - half, *centre + half))
-            }
-            Self::File(_) => Some(self.geometry().bounds()).filter(|(lower, _)| lower.is_finite()),
-            Self::HalfSpace { .. } | Self::Cylinder { .. } | Self::Wavy { .. } => None,
-            Self::Union(parts) => {
-                let mut all = parts.iter().map(Self::bounds);
-                let first = all.next()??;
-                all.try_fold(first, |(low, high), next| next.map(|(l, h)| (low.min(l), high.max(h))))
-            }
-        }
+        Some(self.geometry().bounds()).filter(|(lower, upper)| lower.is_finite() && upper.is_finite())
     }
 
     /// The region as the geometry knows it.
@@ -365,13 +294,14 @@ mod tests {
             Region::Union(parts) => parts.len(),
             _ => 1,
         };
+        let holds = |region: &Region, x: Vector| region.geometry().contains(x);
         let corner = sphere(Vector::ZERO);
         assert_eq!(
             (images(&corner, [true; 3]), images(&corner, [true, true, false]), images(&corner, [false; 3])),
             (8, 4, 1)
         );
         let (all, opposite) = (corner.repeated(&domain, [true; 3]), Vector::splat(9.5));
-        assert!(all.contains(opposite) && !corner.contains(opposite));
+        assert!(holds(&all, opposite) && !holds(&corner, opposite));
         // Inside, up to a side, and longer than the box.
         for region in [
             sphere(Vector::splat(5.0)),
@@ -382,9 +312,9 @@ mod tests {
         }
         // As long as the box but elsewhere; each part of a union by itself; a jet along x1 through x2.
         let shifted = Region::Box { lower: Vector::new(-5.0, 0.0, 0.0), upper: Vector::new(5.0, 10.0, 5.0) };
-        assert!(shifted.repeated(&domain, [true; 3]).contains(Vector::new(8.0, 2.0, 2.0)));
+        assert!(holds(&shifted.repeated(&domain, [true; 3]), Vector::new(8.0, 2.0, 2.0)));
         let two = Region::Union(vec![sphere(Vector::new(0.0, 5.0, 5.0)), sphere(Vector::new(9.0, 5.0, 5.0))]);
         let two = two.repeated(&domain, [true; 3]);
-        assert!(two.contains(Vector::new(9.5, 5.0, 5.0)) && two.contains(Vector::new(0.5, 5.0, 5.0)));
+        assert!(holds(&two, Vector::new(9.5, 5.0, 5.0)) && holds(&two, Vector::new(0.5, 5.0, 5.0)));
     }
 }

@@ -5,6 +5,7 @@ use sazanami_numerics::Real;
 use serde_json::json;
 use toml::de::DeValue;
 
+use super::Schedule;
 use crate::key::{KeyDoc, ValueDoc};
 use crate::read::{At, Context, Table};
 use crate::value::{Range1, Value};
@@ -19,14 +20,8 @@ pub enum RunEnd {
     Rest,
 }
 
-impl Default for RunEnd {
-    fn default() -> Self {
-        Self::At(0.0)
-    }
-}
-
 /// Length of the run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Keys)]
+#[derive(Clone, Copy, Debug, PartialEq, Keys)]
 #[keys(check = Self::check)]
 pub struct RunLength {
     /// Simulated time at the end, or `"rest"`: the run ends when its crater is at rest (`observables.crater_rest`), the volume below the
@@ -79,15 +74,17 @@ impl RunLength {
         }
     }
 
-    /// Substitute for a table that is missing.
-    pub(crate) fn unknown() -> Self {
-        Self::until(Real::NAN)
-    }
-
     /// A run that ends at a time \[s].
     #[must_use]
     pub fn until(time: Real) -> Self {
-        Self { end: RunEnd::At(time), until: time, ..Self::default() }
+        Self { end: RunEnd::At(time), latest: None, steps: None, packing_only: false, until: time }
+    }
+}
+
+impl Default for RunLength {
+    /// A run of which nothing is known: every comparison with its end passes.
+    fn default() -> Self {
+        Self::until(Real::NAN)
     }
 }
 
@@ -138,6 +135,12 @@ pub struct Checkpoints {
 }
 
 impl Checkpoints {
+    /// When one is made by simulated time.
+    #[must_use]
+    pub fn schedule(&self) -> Schedule {
+        Schedule { every: self.every, ..Schedule::default() }
+    }
+
     fn check(&mut self, table: &Table<'_>, _: &mut Context<'_>) {
         if !table.has("every_wall") && self.every.is_none() {
             self.every_wall = Some(EVERY);

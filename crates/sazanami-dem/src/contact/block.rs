@@ -13,7 +13,6 @@ use sazanami_numerics::{Real, Vector};
 use super::context::{ContactContext, Reach, SubStep};
 use super::counters::Counters;
 use super::evaluate::{ContactForces, evaluate};
-use super::model::ContactModel;
 use super::pace::Pace;
 use super::pair::{Contact, DEEP_OVERLAP, Pair, reserve};
 use super::search::{NearestSpheres, SphereSearch, TOUCH};
@@ -115,15 +114,15 @@ impl Block {
     }
 
     /// Forces of all contacts of the block.
-    pub fn step<M: ContactModel>(&mut self, step: &SubStep<'_, M>) -> Counters {
+    pub fn step(&mut self, step: &SubStep<'_>) -> Counters {
         let mut counters = Counters::default();
         self.changes.clear();
         counters.checked_rows = self.check_skins(step.context);
         match (step.plain, step.context.balls) {
-            (true, true) => self.evaluate_balls::<M, true>(step, &mut counters),
-            (false, true) => self.evaluate_balls::<M, false>(step, &mut counters),
-            (true, false) => self.evaluate::<M, true>(step, &mut counters),
-            (false, false) => self.evaluate::<M, false>(step, &mut counters),
+            (true, true) => self.evaluate_balls::<true>(step, &mut counters),
+            (false, true) => self.evaluate_balls::<false>(step, &mut counters),
+            (true, false) => self.evaluate::<true>(step, &mut counters),
+            (false, false) => self.evaluate::<false>(step, &mut counters),
         }
         self.walls.step(step, self.first, &mut self.touches, &mut counters);
         counters.changes = self.changes.len();
@@ -132,7 +131,7 @@ impl Block {
 
     /// Evaluates all contacts, adds up pairs and rows in order, drops the contacts that have ended.
     #[inline(never)]
-    fn evaluate<M: ContactModel, const PLAIN: bool>(&mut self, step: &SubStep<'_, M>, counters: &mut Counters) {
+    fn evaluate<const PLAIN: bool>(&mut self, step: &SubStep<'_>, counters: &mut Counters) {
         let SubStep { context, laws, ids, dt, .. } = *step;
         self.own.fill(Wrench::default());
         self.touches.fill(false);
@@ -142,7 +141,7 @@ impl Block {
         let (mut total, mut deepest) = (Total::default(), (0.0, 0));
         while at < count {
             let end = (at + WIDTH).min(count);
-            let forces = evaluate::<M, WIDTH, PLAIN, false>(context, laws, (&self.pairs, &self.contacts[at..end]), dt);
+            let forces = evaluate::<WIDTH, PLAIN, false>(context, laws, (&self.pairs, &self.contacts[at..end]), dt);
             for l in 0..end - at {
                 let from = at + l;
                 let p = self.contacts[from].pair;
@@ -180,7 +179,7 @@ impl Block {
 
     /// The same where all bodies are balls: a pair has one contact, and there is nothing to add up.
     #[inline(never)]
-    fn evaluate_balls<M: ContactModel, const PLAIN: bool>(&mut self, step: &SubStep<'_, M>, counters: &mut Counters) {
+    fn evaluate_balls<const PLAIN: bool>(&mut self, step: &SubStep<'_>, counters: &mut Counters) {
         let SubStep { context, laws, ids, dt, .. } = *step;
         self.own.fill(Wrench::default());
         self.touches.fill(false);
@@ -189,7 +188,7 @@ impl Block {
         let mut deepest = (0.0, 0);
         while at < count {
             let end = (at + WIDTH).min(count);
-            let forces = evaluate::<M, WIDTH, PLAIN, true>(context, laws, (&self.pairs, &self.contacts[at..end]), dt);
+            let forces = evaluate::<WIDTH, PLAIN, true>(context, laws, (&self.pairs, &self.contacts[at..end]), dt);
             for l in 0..end - at {
                 let from = at + l;
                 let p = self.contacts[from].pair;

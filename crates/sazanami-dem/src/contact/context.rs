@@ -3,7 +3,6 @@
 use sazanami_numerics::{Matrix, Real, Vector};
 
 use super::force::PairConstants;
-use super::model::ContactModel;
 use super::pace::PACES;
 use super::search::SphereArrays;
 use crate::body::Body;
@@ -59,10 +58,10 @@ pub(crate) struct ContactContext<'a> {
 }
 
 /// A sub-step of the contacts.
-pub(crate) struct SubStep<'a, M: ContactModel> {
+pub(crate) struct SubStep<'a> {
     pub context: &'a ContactContext<'a>,
     /// All contact laws, by pair of materials.
-    pub laws: &'a [PairConstants<M>],
+    pub laws: &'a [PairConstants],
     /// Whether all laws leave out the rarer options.
     pub plain: bool,
     /// Identifier of each grain.

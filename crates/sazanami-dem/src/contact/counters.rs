@@ -3,7 +3,7 @@
 use sazanami_numerics::{Real, Vector};
 
 /// Counters of the contacts of one or more blocks in a sub-step.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Counters {
     pub pairs: usize,
     pub contacts: usize,
@@ -26,26 +26,6 @@ pub(crate) struct Counters {
     pub on_walls: Vector,
     /// Power of moving walls \[W].
     pub by_walls: Real,
-}
-
-impl Default for Counters {
-    fn default() -> Self {
-        Self {
-            pairs: 0,
-            contacts: 0,
-            changes: 0,
-            checked_rows: 0,
-            deepened: 0,
-            deepest: 0.0,
-            deepest_ids: [u64::MAX; 2],
-            deepest_at: Vector::ZERO,
-            bridges: 0,
-            ruptures: 0,
-            bridge_volume: 0.0,
-            on_walls: Vector::ZERO,
-            by_walls: 0.0,
-        }
-    }
 }
 
 impl Counters {

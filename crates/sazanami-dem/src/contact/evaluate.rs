@@ -4,7 +4,6 @@ use sazanami_numerics::{Matrix, Real, Vector};
 
 use super::context::ContactContext;
 use super::force::{ConstantLanes, PairConstants, force, rolling_torque};
-use super::model::ContactModel;
 use super::pair::{Contact, Pair};
 use crate::lanes::{Lanes, Lanes3, Mask};
 use crate::motion::Pose;
@@ -58,9 +57,9 @@ impl<const W: usize> Spheres<W> {
 
 /// Evaluates one to `W` contacts; surplus lanes repeat the last. `BALLS` has the same bits where all bodies are balls.
 #[inline(always)]
-pub(crate) fn evaluate<M: ContactModel, const W: usize, const PLAIN: bool, const BALLS: bool>(
+pub(crate) fn evaluate<const W: usize, const PLAIN: bool, const BALLS: bool>(
     context: &ContactContext<'_>,
-    laws: &[PairConstants<M>],
+    laws: &[PairConstants],
     (pairs, contacts): (&[Pair], &[Contact]),
     dt: Real,
 ) -> ContactForces<W> {
@@ -105,7 +104,7 @@ pub(crate) fn evaluate<M: ContactModel, const W: usize, const PLAIN: bool, const
     } else {
         Lanes::from_fn(|l| context.wetness[low[l] as usize].min(context.wetness[high[l] as usize]))
     };
-    let (h, d_t, h_n) = force::<M, W, PLAIN>(&constants, n, (overlap, radii, wetness), v_r, (d_t, bridged), dt);
+    let (h, d_t, h_n) = force::<W, PLAIN>(&constants, n, (overlap, radii, wetness), v_r, (d_t, bridged), dt);
     let (mut torque_low, mut torque_high) = (arm_i.cross(h), -arm_j.cross(h));
     if !PLAIN {
         let rolling = rolling_torque(&constants, a.radius, b.radius, h_n, spin_j - spin_i);

@@ -14,7 +14,7 @@
 
 use sazanami_numerics::{Real, Vector};
 
-use super::model::ContactModel;
+use super::linear_spring_dashpot::{Constants, LinearSpringDashpot, Springs};
 use super::pair::ACROSS;
 use crate::bridge::Bridge;
 use crate::film::{FILM_FACTOR, Film};
@@ -23,8 +23,8 @@ use crate::material::TangentialForce;
 
 /// The law of a pair of materials ready for evaluation.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PairConstants<M: ContactModel> {
-    pub model: M::Constants,
+pub(crate) struct PairConstants {
+    pub springs: Constants,
     friction: Real,
     rolling: Real,
     tension: bool,
@@ -33,15 +33,14 @@ pub(crate) struct PairConstants<M: ContactModel> {
     bridge: Option<Bridge>,
 }
 
-impl<M: ContactModel> PairConstants<M> {
-    pub fn new(law: &M, film: Option<Film>, bridge: Option<Bridge>) -> Self {
-        let options = law.options();
+impl PairConstants {
+    pub fn new(law: &LinearSpringDashpot, film: Option<Film>, bridge: Option<Bridge>) -> Self {
         Self {
-            model: law.constants(),
-            friction: options.friction,
-            rolling: options.rolling_friction,
-            tension: options.tension,
-            from_touch: options.tangential_force == TangentialForce::FromTouch,
+            springs: Constants::of(law),
+            friction: law.friction,
+            rolling: law.rolling_friction,
+            tension: law.tension,
+            from_touch: law.tangential_force == TangentialForce::FromTouch,
             film,
             bridge,
         }
@@ -49,8 +48,8 @@ impl<M: ContactModel> PairConstants<M> {
 }
 
 /// The constants of `W` contacts.
-pub(crate) struct ConstantLanes<M: ContactModel, const W: usize> {
-    model: M::Lanes<W>,
+pub(crate) struct ConstantLanes<const W: usize> {
+    springs: Springs<W>,
     friction: Lanes<W>,
     rolling: Lanes<W>,
     tension: Mask<W>,
@@ -60,14 +59,14 @@ pub(crate) struct ConstantLanes<M: ContactModel, const W: usize> {
     bridge: Option<Bridge>,
 }
 
-impl<M: ContactModel, const W: usize> ConstantLanes<M, W> {
+impl<const W: usize> ConstantLanes<W> {
     /// Constants by lane, each with its factor on the dashpots and how its grains give ([`super::pair::give`]).
     #[inline(always)]
-    pub fn from_fn<'a>(of: impl Fn(usize) -> (&'a PairConstants<M>, Real, f32)) -> Self {
+    pub fn from_fn<'a>(of: impl Fn(usize) -> (&'a PairConstants, Real, f32)) -> Self {
         Self {
-            model: M::lanes(|l| {
+            springs: Springs::from_fn(|l| {
                 let (constants, factor, _) = of(l);
-                (&constants.model, factor)
+                (&constants.springs, factor)
             }),
             friction: Lanes::from_fn(|l| of(l).0.friction),
             rolling: Lanes::from_fn(|l| of(l).0.rolling),
@@ -84,15 +83,15 @@ impl<M: ContactModel, const W: usize> ConstantLanes<M, W> {
 /// these `radii`: of the contact, or of the film where `d_n` is negative, and of the bridge where they touch or one stood `before`;
 /// there is none where that is `None`; films are as viscous as their `wetness`, a factor, says. `PLAIN` leaves out films, bridges and the rarer options.
 #[inline(always)]
-pub(crate) fn force<M: ContactModel, const W: usize, const PLAIN: bool>(
-    c: &ConstantLanes<M, W>,
+pub(crate) fn force<const W: usize, const PLAIN: bool>(
+    c: &ConstantLanes<W>,
     n: Lanes3<W>,
     (d_n, radii, wetness): (Lanes<W>, [Lanes<W>; 2], Lanes<W>),
     v_r: Lanes3<W>,
     (d_t, before): (Lanes3<W>, Option<Mask<W>>),
     dt: Real,
 ) -> (Lanes3<W>, Lanes3<W>, Lanes<W>) {
-    let contact = contact_force::<M, W, PLAIN>(c, n, (d_n, radii), v_r, d_t, dt);
+    let contact = contact_force::<W, PLAIN>(c, n, d_n, v_r, d_t, dt);
     if PLAIN || (c.film.is_none() && c.bridge.is_none()) {
         return contact;
     }
@@ -116,8 +115,8 @@ pub(crate) fn force<M: ContactModel, const W: usize, const PLAIN: bool>(
 
 /// Force of the film alone on body i; none where the spheres overlap.
 #[inline(always)]
-fn film_force<M: ContactModel, const W: usize>(
-    c: &ConstantLanes<M, W>,
+fn film_force<const W: usize>(
+    c: &ConstantLanes<W>,
     film: &Film,
     n: Lanes3<W>,
     (d_n, radii, wetness): (Lanes<W>, [Lanes<W>; 2], Lanes<W>),
@@ -138,16 +137,16 @@ fn film_force<M: ContactModel, const W: usize>(
 
 /// The same of a contact alone.
 #[inline(always)]
-fn contact_force<M: ContactModel, const W: usize, const PLAIN: bool>(
-    c: &ConstantLanes<M, W>,
+fn contact_force<const W: usize, const PLAIN: bool>(
+    c: &ConstantLanes<W>,
     n: Lanes3<W>,
-    (d_n, radii): (Lanes<W>, [Lanes<W>; 2]),
+    d_n: Lanes<W>,
     v_r: Lanes3<W>,
     d_t: Lanes3<W>,
     dt: Real,
 ) -> (Lanes3<W>, Lanes3<W>, Lanes<W>) {
     let zero = Lanes::splat(0.0);
-    let springs = M::springs(&c.model, d_n, radii);
+    let springs = c.springs;
     let speed_n = v_r.dot(n);
     let v_t = v_r - n * speed_n;
     // Along n: positive would pull.
@@ -194,12 +193,7 @@ fn contact_force<M: ContactModel, const W: usize, const PLAIN: bool>(
 /// The part of a sub-step `dt` \[s] in which spheres that now overlap by `d_n` have touched, at a rate `speed_n` of
 /// parting: less than all of it only where they met within the sub-step.
 #[inline(always)]
-fn time_in_touch<M: ContactModel, const W: usize>(
-    c: &ConstantLanes<M, W>,
-    d_n: Lanes<W>,
-    speed_n: Lanes<W>,
-    dt: Real,
-) -> Lanes<W> {
+fn time_in_touch<const W: usize>(c: &ConstantLanes<W>, d_n: Lanes<W>, speed_n: Lanes<W>, dt: Real) -> Lanes<W> {
     let dt = Lanes::splat(dt);
     let met = (-speed_n * dt).above(d_n);
     if met.any() { c.from_touch.select(met.select((-d_n).divided_by(speed_n), dt), dt) } else { dt }
@@ -207,8 +201,8 @@ fn time_in_touch<M: ContactModel, const W: usize>(
 
 /// A torque of constant size against relative spin, on the first body.
 #[inline(always)]
-pub(crate) fn rolling_torque<M: ContactModel, const W: usize>(
-    c: &ConstantLanes<M, W>,
+pub(crate) fn rolling_torque<const W: usize>(
+    c: &ConstantLanes<W>,
     radius_a: Lanes<W>,
     radius_b: Lanes<W>,
     h_n: Lanes<W>,

@@ -1,163 +1,18 @@
-//! The list of contact models, and the laws of all pairs of materials.
+//! The contact laws of all pairs of materials.
 
 use sazanami_numerics::Real;
 
 use super::context::Reach;
 use super::force::PairConstants;
 use super::linear_spring_dashpot::LinearSpringDashpot;
-use super::model::ContactModel;
 use crate::bridge::Bridge;
 use crate::film::Film;
-use crate::material::ContactOptions;
-
-/// Work that is compiled for each contact model.
-pub(crate) trait ForModel {
-    /// Result of the work.
-    type Output;
-
-    /// Does the work with the constants of all laws, by [`Interactions::index`].
-    fn run<M: ContactModel>(self, laws: &[PairConstants<M>]) -> Self::Output;
-}
-
-macro_rules! contact_models {
-    ($($(#[$about:meta])+ $Model:ident;)+) => {
-        /// The contact law of a pair of materials.
-        #[derive(Clone, Copy, Debug, PartialEq)]
-        pub enum ContactLaw {
-            $($(#[$about])+ $Model($Model),)+
-        }
-
-        $(impl From<$Model> for ContactLaw {
-            fn from(law: $Model) -> Self {
-                Self::$Model(law)
-            }
-        })+
-
-        impl std::fmt::Display for ContactLaw {
-            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                match self {
-                    $(Self::$Model(law) => law.fmt(f),)+
-                }
-            }
-        }
-
-        impl ContactLaw {
-            /// Friction and the other parameters that all laws have.
-            #[must_use]
-            pub fn options(&self) -> ContactOptions {
-                match self {
-                    $(Self::$Model(law) => law.options(),)+
-                }
-            }
-
-            /// Largest normal and tangential stiffness of contacts of effective radius up to `radius` \[m], at any overlap
-            /// that a run is meant to reach [N/m].
-            #[must_use]
-            pub fn stiffness(&self, radius: Real) -> [Real; 2] {
-                match self {
-                    $(Self::$Model(law) => law.stiffness(radius),)+
-                }
-            }
-
-            /// Largest normal and tangential dashpot of contacts of grains of reduced mass `mass` \[kg] [N s/m].
-            #[must_use]
-            pub fn damping(&self, mass: Real) -> [Real; 2] {
-                match self {
-                    $(Self::$Model(law) => law.damping(mass),)+
-                }
-            }
-
-            /// Coefficient of restitution of a central impact of two grains of reduced mass `mass` \[kg].
-            #[must_use]
-            pub fn restitution(&self, mass: Real) -> Real {
-                match self {
-                    $(Self::$Model(law) => law.restitution(mass),)+
-                }
-            }
-
-            /// Whether dashpots are proportional to the square root of the reduced mass.
-            pub(crate) fn damped_by_mass(&self) -> bool {
-                match self {
-                    $(Self::$Model(law) => law.damped_by_mass(),)+
-                }
-            }
-
-            /// The same law with its friction coefficient times `factor`.
-            #[must_use]
-            pub fn with_friction_times(mut self, factor: Real) -> Self {
-                match &mut self {
-                    $(Self::$Model(law) => law.scale_friction(factor),)+
-                }
-                self
-            }
-
-            /// The same law with its stiffness times `factor`, and the same restitution.
-            #[must_use]
-            pub fn with_stiffness_times(mut self, factor: Real) -> Self {
-                match &mut self {
-                    $(Self::$Model(law) => law.scale_stiffness(factor),)+
-                }
-                self
-            }
-        }
-
-        /// The constants of all laws of a run, by [`Interactions::index`].
-        #[derive(Debug)]
-        pub(crate) enum LawTable {
-            $($Model(Vec<PairConstants<$Model>>),)+
-        }
-
-        impl LawTable {
-            /// The constants of the laws of `interactions`, which are of one model.
-            pub fn new(interactions: &Interactions) -> Self {
-                let laws = &interactions.laws[..];
-                match laws.first() {
-                    $(Some(ContactLaw::$Model(_)) => Self::$Model(
-                        laws.iter()
-                            .filter_map(|law| match law {
-                                ContactLaw::$Model(law) => Some(PairConstants::new(law, interactions.film, interactions.bridge)),
-                                #[allow(unreachable_patterns, reason = "there may be one model only")]
-                                _ => None,
-                            })
-                            .collect(),
-                    ),)+
-                    None => Self::LinearSpringDashpot(Vec::new()),
-                }
-            }
-
-            /// Does work with the laws.
-            pub fn run<J: ForModel>(&self, job: J) -> J::Output {
-                match self {
-                    $(Self::$Model(laws) => job.run(laws),)+
-                }
-            }
-
-            /// Elastic energy of the normal and of the tangential spring of a contact; see [`ContactModel::energy`].
-            pub fn energy(&self, law: usize, overlap: Real, stretch: Real, radii: [Real; 2]) -> [Real; 2] {
-                match self {
-                    $(Self::$Model(laws) => $Model::energy(&laws[law].model, overlap, stretch, radii),)+
-                }
-            }
-        }
-    };
-}
-
-contact_models! {
-    /// Linear spring and dashpot.
-    LinearSpringDashpot;
-}
-
-impl ContactLaw {
-    fn same_model(&self, other: &Self) -> bool {
-        std::mem::discriminant(self) == std::mem::discriminant(other)
-    }
-}
 
 /// The contact laws of all pairs of materials. Walls are made of a material too.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Interactions {
     materials: usize,
-    laws: Vec<ContactLaw>,
+    laws: Vec<LinearSpringDashpot>,
     /// Dashpots of each law at a unit of reduced mass: with a coefficient of restitution they take an iteration to find.
     dashpots: Vec<[Real; 2]>,
     film: Option<Film>,
@@ -168,8 +23,8 @@ pub struct Interactions {
 impl Interactions {
     /// The same law between all of `materials` materials.
     #[must_use]
-    pub fn uniform(materials: usize, law: impl Into<ContactLaw>) -> Self {
-        let (law, count) = (law.into(), materials * materials);
+    pub fn uniform(materials: usize, law: LinearSpringDashpot) -> Self {
+        let count = materials * materials;
         Self {
             materials,
             laws: vec![law; count],
@@ -228,16 +83,14 @@ impl Interactions {
 
     /// Whether every choice is the usual one, for which shorter formulas suffice.
     pub(crate) fn plain(&self) -> bool {
-        self.film.is_none() && self.bridge.is_none() && self.laws.iter().all(|law| law.options().plain())
+        self.film.is_none() && self.bridge.is_none() && self.laws.iter().all(LinearSpringDashpot::plain)
     }
 
     /// Sets the law between two materials.
     ///
     /// # Panics
-    /// If there is no such material, or if the law is of another model than those there are.
-    pub fn set(&mut self, a: u32, b: u32, law: impl Into<ContactLaw>) {
-        let law = law.into();
-        assert!(self.laws.iter().all(|known| known.same_model(&law)), "all contact laws of a run are of one model");
+    /// If there is no such material.
+    pub fn set(&mut self, a: u32, b: u32, law: LinearSpringDashpot) {
         for (a, b) in [(a, b), (b, a)] {
             let at = self.index(a, b);
             self.laws[at as usize] = law;
@@ -247,7 +100,7 @@ impl Interactions {
 
     /// The law between two materials.
     #[must_use]
-    pub fn law(&self, a: u32, b: u32) -> &ContactLaw {
+    pub fn law(&self, a: u32, b: u32) -> &LinearSpringDashpot {
         &self.laws[self.index(a, b) as usize]
     }
 
@@ -268,8 +121,13 @@ impl Interactions {
     }
 
     /// All laws, by [`Self::index`].
-    pub(crate) fn laws(&self) -> &[ContactLaw] {
+    pub(crate) fn laws(&self) -> &[LinearSpringDashpot] {
         &self.laws
+    }
+
+    /// The same ready for evaluation.
+    pub(crate) fn constants(&self) -> Vec<PairConstants> {
+        self.laws.iter().map(|law| PairConstants::new(law, self.film, self.bridge)).collect()
     }
 
     /// Changes every stiffness by a factor; restitution stays as it is.
@@ -277,10 +135,10 @@ impl Interactions {
         self.laws.iter_mut().for_each(|law| *law = law.with_stiffness_times(factor));
     }
 
-    /// The least normal stiffness of any pair, between grains of effective radius up to `radius` \[m] [N/m].
+    /// The least normal stiffness of any pair [N/m].
     #[must_use]
-    pub fn least_stiffness(&self, radius: Real) -> Real {
-        self.laws.iter().map(|law| law.stiffness(radius)[0]).fold(Real::INFINITY, Real::min)
+    pub fn least_stiffness(&self) -> Real {
+        self.laws.iter().map(|law| law.normal_stiffness).fold(Real::INFINITY, Real::min)
     }
 
     /// Changes every friction coefficient by a factor.

@@ -1,15 +1,23 @@
-//! Linear spring and dashpot (Yagyu et al. (2015), eqs. (4)-(6)).
+//! The contact law by itself, a linear spring and dashpot (Yagyu et al. (2015), eqs. (4)-(6)): its springs and dashpots, and the
+//! limits that follow from them.
 //!
-//! `K_n`, `D_n`, `K_t` and `D_t` of [`super::model`] are constants of the two materials and masses. The printed sign of
-//! `D_t` would feed energy in; it is `+` here because `d_t` grows with `v_t`.
+//! With `n` from body i to body j, `v_r` the velocity of j relative to i at the contact point, `d_n` the overlap and
+//! `d_t` the tangential displacement, the force on i is `h_n + h_t` with
+//!
+//! ```text
+//! h_n = -K_n d_n n + D_n v_n,    h_t = K_t d_t + D_t v_t
+//! ```
+//!
+//! `K_n`, `D_n`, `K_t` and `D_t` are constants of the two materials and masses. The printed sign of `D_t` would feed energy
+//! in; it is `+` here because `d_t` grows with `v_t`. Tension, friction, rotation of the displacement and rolling are in
+//! [`super::force`].
 
 use std::fmt::{Display, Formatter, Result};
 
 use sazanami_numerics::Real;
 
-use super::model::{ContactModel, Springs};
 use crate::lanes::Lanes;
-use crate::material::{ContactOptions, TangentialForce};
+use crate::material::TangentialForce;
 
 /// Dashpot of a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,6 +88,54 @@ impl LinearSpringDashpot {
             friction,
             ..Self::SAND
         }
+    }
+
+    /// Whether every choice is the usual one, for which shorter formulas suffice.
+    pub(crate) fn plain(&self) -> bool {
+        !self.tension && self.tangential_force == TangentialForce::FromTouch && self.rolling_friction == 0.0
+    }
+
+    /// Normal and tangential stiffness [N/m]: the contact sub-step must resolve them.
+    #[must_use]
+    pub fn stiffness(&self) -> [Real; 2] {
+        [self.normal_stiffness, self.tangential_stiffness]
+    }
+
+    /// Normal and tangential dashpot of contacts of grains of reduced mass `mass` \[kg] [N s/m].
+    #[must_use]
+    pub fn damping(&self, mass: Real) -> [Real; 2] {
+        let (dashpots, by_mass) = self.dashpots();
+        let root = if by_mass { mass.sqrt() } else { 1.0 };
+        dashpots.map(|dashpot| root * dashpot)
+    }
+
+    /// Coefficient of restitution of a central impact of two grains of reduced mass `mass` \[kg].
+    #[must_use]
+    pub fn restitution(&self, mass: Real) -> Real {
+        restitution(self.damping(mass)[0] / (2.0 * (mass * self.normal_stiffness).sqrt()), self.tension)
+    }
+
+    /// Whether dashpots are proportional to the square root of the reduced mass.
+    pub(crate) fn damped_by_mass(&self) -> bool {
+        !matches!(self.damping, Damping::Literal { .. })
+    }
+
+    /// The same law with its friction coefficient times `factor`.
+    #[must_use]
+    pub fn with_friction_times(self, factor: Real) -> Self {
+        Self { friction: factor * self.friction, ..self }
+    }
+
+    /// The same law with its stiffness times `factor`, and the same restitution.
+    #[must_use]
+    pub fn with_stiffness_times(mut self, factor: Real) -> Self {
+        self.normal_stiffness *= factor;
+        self.tangential_stiffness *= factor;
+        if let Damping::Literal { normal, tangential } = &mut self.damping {
+            *normal *= factor.sqrt();
+            *tangential *= factor.sqrt();
+        }
+        self
     }
 
     /// Dashpots `(D_n, D_t)` of this law, and whether they are still to be multiplied by the square
@@ -158,33 +214,13 @@ pub(crate) struct Constants {
     tangential_damping: Real,
 }
 
-impl ContactModel for LinearSpringDashpot {
-    type Constants = Constants;
-    type Lanes<const W: usize> = Springs<W>;
-
-    fn options(&self) -> ContactOptions {
-        let Self { friction, rolling_friction, tension, tangential_force, .. } = *self;
-        ContactOptions { friction, rolling_friction, tension, tangential_force }
-    }
-
-    fn scale_friction(&mut self, factor: Real) {
-        self.friction *= factor;
-    }
-
-    fn scale_stiffness(&mut self, factor: Real) {
-        self.normal_stiffness *= factor;
-        self.tangential_stiffness *= factor;
-        if let Damping::Literal { normal, tangential } = &mut self.damping {
-            *normal *= factor.sqrt();
-            *tangential *= factor.sqrt();
-        }
-    }
-
-    fn constants(&self) -> Constants {
-        let ([normal_damping, tangential_damping], _) = self.dashpots();
-        let k = self.tangential_stiffness;
-        Constants {
-            normal_stiffness: self.normal_stiffness,
+impl Constants {
+    /// Those of a law.
+    pub fn of(law: &LinearSpringDashpot) -> Self {
+        let ([normal_damping, tangential_damping], _) = law.dashpots();
+        let k = law.tangential_stiffness;
+        Self {
+            normal_stiffness: law.normal_stiffness,
             tangential_stiffness: k,
             tangential_compliance: if k > 0.0 { 1.0 / k } else { 0.0 },
             normal_damping,
@@ -192,51 +228,44 @@ impl ContactModel for LinearSpringDashpot {
         }
     }
 
-    fn damped_by_mass(&self) -> bool {
-        !matches!(self.damping, Damping::Literal { .. })
+    /// Elastic energy of the normal and of the tangential spring \[J] at an overlap and a tangential displacement \[m].
+    pub fn energy(&self, overlap: Real, stretch: Real) -> [Real; 2] {
+        [0.5 * (self.normal_stiffness * overlap * overlap), 0.5 * self.tangential_stiffness * (stretch * stretch)]
     }
+}
 
+/// Springs and dashpots of `W` contacts.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Springs<const W: usize> {
+    /// `K_n` [N/m].
+    pub normal_stiffness: Lanes<W>,
+    /// `D_n` [N s/m].
+    pub normal_damping: Lanes<W>,
+    /// `K_t` [N/m].
+    pub tangential_stiffness: Lanes<W>,
+    /// `1/K_t`, 0 without a tangential spring [m/N].
+    pub tangential_compliance: Lanes<W>,
+    /// `D_t` [N s/m].
+    pub tangential_damping: Lanes<W>,
+}
+
+impl<const W: usize> Springs<W> {
+    /// Constants by lane, each with a factor on its dashpots: the root of the reduced mass [kg^(1/2)] or 1.
     #[inline(always)]
-    fn lanes<'a, const W: usize>(of: impl Fn(usize) -> (&'a Constants, Real)) -> Springs<W> {
+    pub fn from_fn<'a>(of: impl Fn(usize) -> (&'a Constants, Real)) -> Self {
         let lanes = |f: fn(&Constants, Real) -> Real| {
             Lanes::from_fn(|l| {
                 let (constants, factor) = of(l);
                 f(constants, factor)
             })
         };
-        Springs {
+        Self {
             normal_stiffness: lanes(|c, _| c.normal_stiffness),
             tangential_stiffness: lanes(|c, _| c.tangential_stiffness),
             tangential_compliance: lanes(|c, _| c.tangential_compliance),
             normal_damping: lanes(|c, f| c.normal_damping * f),
             tangential_damping: lanes(|c, f| c.tangential_damping * f),
         }
-    }
-
-    #[inline(always)]
-    fn springs<const W: usize>(lanes: &Springs<W>, _overlap: Lanes<W>, _radii: [Lanes<W>; 2]) -> Springs<W> {
-        *lanes
-    }
-
-    fn energy(constants: &Constants, overlap: Real, stretch: Real, _radii: [Real; 2]) -> [Real; 2] {
-        [
-            0.5 * (constants.normal_stiffness * overlap * overlap),
-            0.5 * constants.tangential_stiffness * (stretch * stretch),
-        ]
-    }
-
-    fn stiffness(&self, _radius: Real) -> [Real; 2] {
-        [self.normal_stiffness, self.tangential_stiffness]
-    }
-
-    fn damping(&self, mass: Real) -> [Real; 2] {
-        let (dashpots, by_mass) = self.dashpots();
-        let root = if by_mass { mass.sqrt() } else { 1.0 };
-        dashpots.map(|dashpot| root * dashpot)
-    }
-
-    fn restitution(&self, mass: Real) -> Real {
-        restitution(self.damping(mass)[0] / (2.0 * (mass * self.normal_stiffness).sqrt()), self.tension)
     }
 }
 

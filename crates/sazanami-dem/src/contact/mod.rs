@@ -1,7 +1,6 @@
 //! Contacts: neighbour search, skin checks, contact models and forces.
 //!
-//! [`model::ContactModel`] is what differs from one contact law to another; a law is one file that implements it, one
-//! line in [`laws`], and what users of it need in [`public`].
+//! What users of it need is in [`public`].
 
 pub(crate) mod block;
 pub(crate) mod context;
@@ -11,7 +10,6 @@ pub(crate) mod force;
 pub(crate) mod incoming;
 pub(crate) mod laws;
 pub(crate) mod linear_spring_dashpot;
-pub(crate) mod model;
 pub(crate) mod neighbours;
 pub(crate) mod pace;
 pub(crate) mod pair;
@@ -21,7 +19,7 @@ pub(crate) mod walls;
 
 /// Public part of the contacts.
 pub mod public {
-    pub use super::laws::{ContactLaw, Interactions};
+    pub use super::laws::Interactions;
     pub use super::linear_spring_dashpot::{Damping, LinearSpringDashpot, damping_ratio, restitution};
     pub use super::pair::DEEP_OVERLAP;
 }

@@ -67,6 +67,25 @@ impl Contact {
     }
 }
 
+/// Merges what was `found`, in order, into an ordered list; `merged` is work space.
+pub(crate) fn insert_in_order<T: Copy, K: Ord>(
+    list: &mut Vec<T>,
+    found: &[T],
+    merged: &mut Vec<T>,
+    key: impl Fn(&T) -> K,
+) {
+    merged.clear();
+    let mut new = found.iter().peekable();
+    for old in &*list {
+        while let Some(contact) = new.next_if(|new| key(new) < key(old)) {
+            merged.push(*contact);
+        }
+        merged.push(*old);
+    }
+    merged.extend(new);
+    std::mem::swap(list, merged);
+}
+
 /// Reserves memory for `room` entries in all.
 pub(crate) fn reserve<T>(list: &mut Vec<T>, room: usize) {
     list.reserve(room.saturating_sub(list.len()));

@@ -5,8 +5,7 @@ use sazanami_numerics::{Real, Vector};
 use super::context::{ContactContext, SubStep};
 use super::counters::Counters;
 use super::force::{ConstantLanes, force, rolling_torque};
-use super::model::ContactModel;
-use super::pair::{DEEP_OVERLAP, reserve};
+use super::pair::{DEEP_OVERLAP, insert_in_order, reserve};
 use super::search::{CUT_OFF, PlacedCapsule, TOUCH};
 use crate::lanes::{Lanes, Lanes3};
 use crate::wrench::Wrench;
@@ -69,13 +68,7 @@ impl WallContacts {
     }
 
     /// Forces between walls and the grains of the block that starts at grain `first`.
-    pub fn step<M: ContactModel>(
-        &mut self,
-        step: &SubStep<'_, M>,
-        first: usize,
-        touches: &mut [bool],
-        counters: &mut Counters,
-    ) {
+    pub fn step(&mut self, step: &SubStep<'_>, first: usize, touches: &mut [bool], counters: &mut Counters) {
         let SubStep { context, ids, .. } = *step;
         self.actions.clear();
         if self.pairs.is_empty() {
@@ -175,27 +168,14 @@ impl WallContacts {
             pair.skip_until = travel + (gap - near).max(0.0);
         }
         if !self.found.is_empty() {
-            self.merged.clear();
-            let mut new = self.found.iter().peekable();
-            for old in &self.contacts {
-                while let Some(contact) = new.next_if(|c| (c.pair, c.a) < (old.pair, old.a)) {
-                    self.merged.push(*contact);
-                }
-                self.merged.push(*old);
-            }
-            self.merged.extend(new);
-            std::mem::swap(&mut self.contacts, &mut self.merged);
+            insert_in_order(&mut self.contacts, &self.found, &mut self.merged, |c| (c.pair, c.a));
         }
     }
 }
 
 /// Action of a wall on a grain through one sphere, with overlap and overlap over radius; `None` if they are apart and not
 /// within a film.
-fn touch<M: ContactModel>(
-    step: &SubStep<'_, M>,
-    pair: &WallPair,
-    contact: &mut WallContact,
-) -> Option<(Wrench, Real, Real)> {
+fn touch(step: &SubStep<'_>, pair: &WallPair, contact: &mut WallContact) -> Option<(Wrench, Real, Real)> {
     let SubStep { context, laws, dt, .. } = *step;
     let pose = &context.poses[pair.grain as usize];
     let body = &context.bodies[pose.body as usize];
@@ -211,10 +191,10 @@ fn touch<M: ContactModel>(
     let n = -away;
     let arm = to_a + n * (radius - 0.5 * overlap);
     let v_r = wall.velocity - pose.velocity - pose.spin.cross(arm);
-    let constants: ConstantLanes<M, 1> = ConstantLanes::from_fn(|_| (&laws[pair.law as usize], pair.factor, pair.give));
+    let constants: ConstantLanes<1> = ConstantLanes::from_fn(|_| (&laws[pair.law as usize], pair.factor, pair.give));
     // A plane has no curvature: the effective radius is the sphere's own.
     let (own, far) = (Lanes::splat(radius), Lanes::splat(1e9 * radius));
-    let (h, d_t, h_n) = force::<M, 1, false>(
+    let (h, d_t, h_n) = force::<1, false>(
         &constants,
         Lanes3::splat(n),
         (Lanes::splat(overlap), [own, far], Lanes::splat(context.wetness[pair.grain as usize])),

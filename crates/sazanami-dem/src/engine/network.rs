@@ -72,13 +72,12 @@ impl Engine {
         if count == 0 {
             return true;
         }
-        let Grains { mass, shape, scale, .. } = &self.grains;
+        let Grains { mass, shape, .. } = &self.grains;
         let body = &self.bodies[shape[g] as usize];
-        let radius = body.radii.iter().copied().fold(0.0, Real::max) * scale[g];
         let leverage = body.leverage();
         let mut stiffest = [0.0; 2];
         for (n, law) in self.interactions.laws().iter().enumerate() {
-            let of_law = [law.stiffness(radius), self.interactions.dashpots(n, mass[g])];
+            let of_law = [law.stiffness(), self.interactions.dashpots(n, mass[g])];
             for (most, values) in stiffest.iter_mut().zip(of_law) {
                 let of_one = Real::max(leverage[0] * values[0], leverage[1] * values[1]) / mass[g];
                 *most = Real::max(*most, 2.0 * count as Real * of_one);
@@ -104,7 +103,7 @@ impl Engine {
             let n = line.normalize_or(Vector::Z);
             let arm = a + n * (ra - 0.5 * (ra + rb - line.length()));
             let arm = if g == low { arm } else { arm - between };
-            self.add_contact(modes, (g, arm), n, (pair.law.into(), ra.max(rb)), (inverse[0] + inverse[1], share));
+            self.add_contact(modes, (g, arm), n, pair.law.into(), (inverse[0] + inverse[1], share));
         }
     }
 
@@ -114,20 +113,20 @@ impl Engine {
             let (a, radius) = self.sphere(g, contact.a);
             let (_, away) = self.walls[pair.wall as usize].facing(self.poses[g].unwrapped, a);
             let arm = a - away * radius;
-            self.add_contact(modes, (g, arm), away, (pair.law as usize, radius), (modes.inertia.inverse_mass, 1.0));
+            self.add_contact(modes, (g, arm), away, pair.law as usize, (modes.inertia.inverse_mass, 1.0));
         }
     }
 
-    /// Adds a contact of grain `g` by its law at spheres of at most `radius`, times `share`.
+    /// Adds a contact of grain `g` by its law, times `share`.
     fn add_contact(
         &self,
         modes: &mut GrainModes,
         (g, arm): End,
         normal: Vector,
-        (law, radius): (usize, Real),
+        law: usize,
         (inverse_mass, share): (Real, Real),
     ) {
-        let stiffness = self.interactions.laws()[law].stiffness(radius);
+        let stiffness = self.interactions.laws()[law].stiffness();
         let dashpots = self.interactions.dashpots(law, inverse_mass.recip());
         let turn = self.rotations[g].transpose();
         let (arm, normal) = (turn * arm, turn * normal);

@@ -118,8 +118,9 @@ impl Engine {
 
     fn elastic_energies_of(&self, block: &Block) -> [Real; 2] {
         let mut energies = [0.0; 2];
-        let mut add = |law: u32, overlap: Real, stretches: [Real; 2], radii: [Real; 2]| {
-            let of = |stretch: Real| self.laws.energy(law as usize, overlap, stretch, radii).into_iter().sum::<Real>();
+        let mut add = |law: u32, overlap: Real, stretches: [Real; 2]| {
+            let springs = &self.laws[law as usize].springs;
+            let of = |stretch: Real| springs.energy(overlap, stretch).into_iter().sum::<Real>();
             energies.iter_mut().zip(stretches).for_each(|(energy, stretch)| *energy += of(stretch));
         };
         let mut bridges = 0.0;
@@ -139,8 +140,8 @@ impl Engine {
                 let n = line.normalize();
                 let arm = a + n * (ra - 0.5 * overlap);
                 let v_r = self.velocity_at(high, arm - between) - self.velocity_at(low, arm);
-                let stretch = self.stretch(pair.law.into(), contact.d_t, [n, v_r], overlap, ra);
-                add(pair.law.into(), overlap, stretch, [ra, rb]);
+                let stretch = self.stretch(pair.law.into(), contact.d_t, [n, v_r], overlap);
+                add(pair.law.into(), overlap, stretch);
             }
         }
         for contact in &block.walls.contacts {
@@ -151,8 +152,8 @@ impl Engine {
             let overlap = (radius - distance).max(0.0);
             let n = -away;
             let v_r = wall.velocity - self.velocity_at(grain, a + n * (radius - 0.5 * overlap));
-            let stretch = self.stretch(pair.law, contact.d_t, [n, v_r], overlap, radius);
-            add(pair.law, overlap, stretch, [radius, Real::INFINITY]);
+            let stretch = self.stretch(pair.law, contact.d_t, [n, v_r], overlap);
+            add(pair.law, overlap, stretch);
         }
         energies.map(|energy| energy + bridges)
     }
@@ -172,11 +173,11 @@ impl Engine {
     /// Length of a tangential spring at the time of the present places, half a sub-step after the last evaluation, with
     /// normal and relative velocity at the contact \[m]. One that grew from the touch has grown further, as far as friction
     /// holds it; one that grew from the beginning of a sub-step is ahead by that much on average.
-    fn stretch(&self, law: u32, d_t: Vector, [n, v_r]: [Vector; 2], overlap: Real, radius: Real) -> [Real; 2] {
+    fn stretch(&self, law: u32, d_t: Vector, [n, v_r]: [Vector; 2], overlap: Real) -> [Real; 2] {
         let law = &self.interactions.laws()[law as usize];
-        let [normal, tangential] = law.stiffness(radius);
-        let held = law.options().friction * normal * overlap / tangential.max(Real::MIN_POSITIVE);
-        let length = match law.options().tangential_force {
+        let [normal, tangential] = law.stiffness();
+        let held = law.friction * normal * overlap / tangential.max(Real::MIN_POSITIVE);
+        let length = match law.tangential_force {
             TangentialForce::Published => d_t.length(),
             TangentialForce::FromTouch => {
                 let v_t = v_r - n * v_r.dot(n);

@@ -11,10 +11,7 @@ use crate::body::Body;
 use crate::contact::block::Block;
 use crate::contact::context::{ContactContext, SubStep};
 use crate::contact::counters::Counters;
-use crate::contact::force::PairConstants;
 use crate::contact::incoming::Incoming;
-use crate::contact::laws::ForModel;
-use crate::contact::model::ContactModel;
 use crate::contact::pace::{PACES, Pace};
 use crate::ghosts::PoseState;
 use crate::grain::{Grains, Motion, ROWS, image_position};
@@ -155,26 +152,6 @@ impl Kick<'_> {
     }
 }
 
-/// The contacts of all blocks over a sub-step, compiled for each contact model.
-struct ContactPass<'a> {
-    context: &'a ContactContext<'a>,
-    plain: bool,
-    ids: &'a [u64],
-    dt: Real,
-    blocks: &'a mut [Block],
-    counters: &'a mut [Counters],
-}
-
-impl ForModel for ContactPass<'_> {
-    type Output = ();
-
-    fn run<M: ContactModel>(self, laws: &[PairConstants<M>]) {
-        let Self { context, plain, ids, dt, blocks, counters } = self;
-        let step = SubStep { context, laws, plain, ids, dt };
-        for_each_chunk((blocks, counters), 1, |_, (block, counters)| counters[0] = block[0].step(&step));
-    }
-}
-
 impl Engine {
     pub(super) fn context(&self) -> ContactContext<'_> {
         ContactContext {
@@ -201,11 +178,11 @@ impl Engine {
         let mut blocks = std::mem::take(&mut self.blocks);
         // Apart from the blocks, which lie far from each other: one thread reads them all.
         let mut block_counters = std::mem::take(&mut self.block_counters);
-        let plain = self.interactions.plain();
-        let context = self.context();
-        let ids = &self.grains.id[..];
-        let (blocks_now, counters) = (&mut blocks[..], &mut block_counters[..]);
-        self.laws.run(ContactPass { context: &context, plain, ids, dt: h, blocks: blocks_now, counters });
+        let (context, plain) = (self.context(), self.interactions.plain());
+        let step = SubStep { context: &context, laws: &self.laws, plain, ids: &self.grains.id, dt: h };
+        for_each_chunk((&mut blocks[..], &mut block_counters[..]), 1, |_, (block, counters)| {
+            counters[0] = block[0].step(&step);
+        });
         self.incoming.follow(&blocks, &block_counters);
         let sum = block_counters.iter().fold(Counters::default(), |sum, counters| sum.merged(*counters));
         (self.blocks, self.block_counters) = (blocks, block_counters);

@@ -1,4 +1,4 @@
-//! Settings of a packing: box, lattice of the first places, fall, conditions of rest, tapping.
+//! Settings of a packing: box, lattice of the first places, fall, conditions of rest.
 
 use sazanami_numerics::choices;
 use sazanami_numerics::{Quaternion, Real, Vector};
@@ -23,17 +23,6 @@ choices! {
         /// that allows. Falls less far; some of the initial order remains in the bed.
         Low = "low",
     }
-}
-
-/// A floor that moves up and down to make a bed denser.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tapping {
-    /// Amplitude \[m].
-    pub amplitude: Real,
-    /// Frequency \[Hz].
-    pub frequency: Real,
-    /// Number of full periods.
-    pub periods: u32,
 }
 
 /// Settings of the packing of a bed.
@@ -69,8 +58,6 @@ pub struct PackingSettings {
     pub rest_energy: Real,
     /// Factor on friction until the fall has ended; below 1 beds are denser. 1 unless a porosity is aimed at.
     pub fall_friction: Real,
-    /// Tapping after settling; none unless a porosity is aimed at.
-    pub tapping: Option<Tapping>,
     /// Shortest step of [`Packing::step`](crate::Packing::step): a sub-step may be longer \[s].
     pub step: Real,
     /// Sub-steps within a step.
@@ -101,7 +88,6 @@ impl PackingSettings {
             rest_speed: 2e-3,
             rest_energy: 1e-3,
             fall_friction: 1.0,
-            tapping: None,
             step: 2e-5,
             substeps: Substeps::Auto,
             longest: 2.0,
@@ -191,9 +177,7 @@ impl PackingSettings {
 
     /// With `room` for grains beyond the walls \[m].
     pub(super) fn setup(&self, bodies: Vec<Body>, interactions: Interactions, room: Real) -> Setup {
-        let mut lower = self.lower - room;
-        // A tapping floor takes the bed below its first place.
-        lower.z -= self.tapping.map_or(0.0, |t| 2.0 * t.amplitude);
+        let lower = self.lower - room;
         let mut upper = self.upper + room;
         upper.z = Real::INFINITY;
         Setup { bodies, interactions, walls: self.walls(), region: [lower, upper], ghost_margin: self.ghost_margin }

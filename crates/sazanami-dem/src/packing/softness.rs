@@ -101,7 +101,7 @@ impl Softness {
     #[must_use]
     pub fn scale(&self, own: &Interactions, speed: Real) -> Real {
         let needed = self.by_weight.max(self.by_impact * speed * speed);
-        (needed / self.least_of(own)).clamp(SOFTEST, 1.0)
+        (needed / own.least_stiffness()).clamp(SOFTEST, 1.0)
     }
 
     /// Least stiffness of springs on which grains of these unlike sizes can lie: softer ones let a coarse grain press a fine one flat
@@ -109,12 +109,6 @@ impl Softness {
     #[must_use]
     pub fn least(&self) -> Real {
         if self.unlike { self.by_crushing } else { 0.0 }
-    }
-
-    /// Least stiffness of `own` springs between grains of these kinds [N/m].
-    #[must_use]
-    pub fn least_of(&self, own: &Interactions) -> Real {
-        own.least_stiffness(self.reach)
     }
 
     /// Room that grains of unlike sizes have beyond the walls \[m].

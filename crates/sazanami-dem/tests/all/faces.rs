@@ -168,7 +168,7 @@ fn work_of_loads_drag_and_moving_walls_is_not_that_of_contacts() {
     rising.walls = floor();
     let mut engine =
         Engine::new(&domain, rising, &[grain(1, Vector::new(3.0, 3.0, 0.501))]).expect("the case is sound");
-    engine.set_wall_velocity(0, 0.2 * Vector::Z);
+    engine.set_wall_velocities(&domain, 0.2 * Vector::Z);
     let mut work = 0.0;
     for _ in 0..60 {
         let report = engine.advance(&domain, &Loads::none(), G, 1e-3, Substeps::Auto).expect("no gain");

@@ -48,7 +48,7 @@ fn pack_with(count: u64, stiffness: Real, settings: PackingSettings) -> Packed {
 
 /// Stiffness of the springs [N/m].
 fn springs(packing: &Packing) -> Real {
-    packing.engine().interactions().law(0, 0).stiffness(RADIUS)[0]
+    packing.engine().interactions().law(0, 0).normal_stiffness
 }
 
 /// Drops spheres until they rest or `longest` \[s] is over.

@@ -93,7 +93,7 @@ fn several_contacts_add_up() {
 fn a_moving_wall_carries_a_ball_along() {
     let gravity = Vector::new(0.0, 0.0, -G);
     let mut engine = on_floor(Body::ball(RADIUS), law(0.5), gravity, 1.0, Vector::ZERO);
-    engine.set_wall_velocity(0, Vector::new(0.2, 0.0, 0.05));
+    engine.set_wall_velocities(&domain(), Vector::new(0.2, 0.0, 0.05));
     engine.advance(&domain(), &Loads::none(), gravity, 0.4, Substeps::Fixed(20_000)).expect("the case is sound");
     let grains = engine.grains();
     assert!((engine.walls()[0].point.z - 0.02).abs() < 1e-12);

@@ -183,7 +183,7 @@ fn a_contact_across_a_periodic_side_counts_once() {
     // Short enough that they hardly move.
     let report = engine.advance(&domain, &Loads::none(), Vector::ZERO, 1e-12, Substeps::Fixed(1)).expect("they touch");
     assert_eq!((report.pairs, report.contacts), (1, 1));
-    let [stiffness, _] = engine.interactions().law(0, 0).stiffness(RADIUS);
+    let [stiffness, _] = engine.interactions().law(0, 0).stiffness();
     let expected = 0.5 * stiffness * depth * depth;
     assert!((engine.elastic_energy() / expected - 1.0).abs() < 1e-6, "{} {expected}", engine.elastic_energy());
 }

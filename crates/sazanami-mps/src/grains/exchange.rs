@@ -5,7 +5,6 @@
 //! is not pushed along. Over the particles of a grain the latter is zero.
 
 use sazanami_numerics::{Real, Vector};
-use sazanami_parallel::for_each_chunk;
 
 use super::OverlappingGrains;
 use super::binned::{Lanes, lanes};
@@ -17,9 +16,8 @@ use super::sources::{floor, is_seen};
 use crate::boundary::Tank;
 use crate::context::Context;
 use crate::gates::near;
-use crate::neighbours::ROWS;
 use crate::particles::{Kind, Particles};
-use crate::reductions::{set_column, sum_of};
+use crate::reductions::{for_each_entry, set_column, sum_of};
 
 /// Numbers that a grain gives back with: its position, impulse less resistance times felt velocity, resistance, two weights, and
 /// whether it is an image in a gate.
@@ -42,9 +40,8 @@ impl OverlappingGrains {
         inverse_void: &[Real],
         change: &mut Vec<Vector>,
     ) -> Vector {
-        change.resize(particles.owned, Vector::ZERO);
         if !self.is_active() {
-            for_each_chunk(&mut change[..], ROWS, |_, change| change.fill(Vector::ZERO));
+            set_column(change, particles.owned, |_| Vector::ZERO);
             return Vector::ZERO;
         }
         self.gather_givers(step, tank);
@@ -52,26 +49,22 @@ impl OverlappingGrains {
         let radius = self.sources.smoothing().0;
         let Self { impulses, gates, bulk, felt, .. } = &*self;
         let (gates, bulk, felt, floor) = (&gates[..], &bulk[..], &felt[..], floor(tank));
-        for_each_chunk(&mut change[..], ROWS, |number, change| {
-            for (row, change) in change.iter_mut().enumerate() {
-                let a = number * ROWS + row;
-                *change = Vector::ZERO;
-                let x = particles.position[a];
-                if particles.kind[a] != Kind::Fluid || !impulses.is_near(x) {
-                    continue;
-                }
-                let (gate, cube) = (near(gates, x, radius), solid_cubed(inverse_void[a]));
-                let [i, j, k, resistance] = impulses.sum(x, |pair, giver: &[Lanes; GIVEN]| {
-                    let [p, q, r, i, j, k, resists, clear, solid, mirrored] = giver;
-                    let weight = lanes(|l| {
-                        let source = (Vector::new(p[l], q[l], r[l]), mirrored[l] > 0.0);
-                        let seen = gates.is_empty() || is_seen(gate, x, source, floor);
-                        if seen { pair.weight[l] * (clear[l] + solid[l] * cube) } else { 0.0 }
-                    });
-                    [i, j, k, resists].map(|values| lanes(|l| weight[l] * values[l]))
-                });
-                *change = -bulk[a] / particle_mass * (Vector::new(i, j, k) + resistance * felt[a]);
+        set_column(change, particles.owned, |a| {
+            let x = particles.position[a];
+            if particles.kind[a] != Kind::Fluid || !impulses.is_near(x) {
+                return Vector::ZERO;
             }
+            let (gate, cube) = (near(gates, x, radius), solid_cubed(inverse_void[a]));
+            let [i, j, k, resistance] = impulses.sum(x, |pair, giver: &[Lanes; GIVEN]| {
+                let [p, q, r, i, j, k, resists, clear, solid, mirrored] = giver;
+                let weight = lanes(|l| {
+                    let source = (Vector::new(p[l], q[l], r[l]), mirrored[l] > 0.0);
+                    let seen = gates.is_empty() || is_seen(gate, x, source, floor);
+                    if seen { pair.weight[l] * (clear[l] + solid[l] * cube) } else { 0.0 }
+                });
+                [i, j, k, resists].map(|values| lanes(|l| weight[l] * values[l]))
+            });
+            -bulk[a] / particle_mass * (Vector::new(i, j, k) + resistance * felt[a])
         });
         let change = &change[..];
         Vector::from_array(domain.sum(sum_of(change.len(), |a| (particle_mass * change[a]).to_array())))
@@ -100,20 +93,15 @@ impl OverlappingGrains {
         let owned = grains.owned();
         set_column(places, owned, |g| grains.drag_impulse[g] / dt);
         let drag = &places[..];
-        for_each_chunk(&mut engine.attached_mut()[..owned], ROWS, |number, kept| {
-            for (row, kept) in kept.iter_mut().enumerate() {
-                set_vector(kept, DRAG_FORCE, drag[number * ROWS + row]);
-                set_vector(kept, ADDED_MASS_FORCE, Vector::ZERO);
-            }
+        for_each_entry(&mut engine.attached_mut()[..owned], |g, kept| {
+            set_vector(kept, DRAG_FORCE, drag[g]);
+            set_vector(kept, ADDED_MASS_FORCE, Vector::ZERO);
         });
         engine.share_with_ghosts(domain, shared);
         let grains = engine.grains();
-        for_each_chunk(&mut shared[..], ROWS, |number, shared| {
-            for (row, shared) in shared.iter_mut().enumerate() {
-                let image = grains.image(number * ROWS + row);
-                let place = engine.image_position(Vector::from_slice(&shared[..3]), image);
-                shared[..3].copy_from_slice(&place.to_array());
-            }
+        for_each_entry(shared, |g, shared| {
+            let place = engine.image_position(Vector::from_slice(&shared[..3]), grains.image(g));
+            shared[..3].copy_from_slice(&place.to_array());
         });
         // Which ghosts are known beyond the radius is arbitrary.
         let known = engine.vicinity(domain, radius);

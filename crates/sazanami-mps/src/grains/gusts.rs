@@ -12,15 +12,13 @@ use std::f64::consts::TAU;
 
 use sazanami_dem::Random;
 use sazanami_numerics::{Real, Vector};
-use sazanami_parallel::for_each_chunk;
 
 use super::OverlappingGrains;
 use super::kept::{GUST, set_vector, vector};
 use crate::boundary::Tank;
 use crate::context::Context;
-use crate::neighbours::ROWS;
 use crate::particles::Particles;
-use crate::reductions::set_column;
+use crate::reductions::{for_each_entry, set_column};
 
 /// Time in which a gust is forgotten, over the mixing length of the largest eddies and the friction velocity.
 const MEMORY: Real = 0.33;
@@ -70,20 +68,15 @@ impl OverlappingGrains {
             kept * last + (1.0 - kept * kept).sqrt() * normal(grains.id[g], grains.attached[g][GUST + 3] as u64)
         });
         let numbers = &places[..];
-        for_each_chunk(&mut around[..owned], ROWS, |number, around| {
-            for (row, around) in around.iter_mut().enumerate() {
-                let g = number * ROWS + row;
-                let square = readings[g].velocity.x / readings[g].share;
-                if square > 0.0 {
-                    around.gust = gust(numbers[g], around.velocity - step.forcing.wall_velocity, square.sqrt());
-                }
+        for_each_entry(&mut around[..owned], |g, around| {
+            let square = readings[g].velocity.x / readings[g].share;
+            if square > 0.0 {
+                around.gust = gust(numbers[g], around.velocity - step.forcing.wall_velocity, square.sqrt());
             }
         });
-        for_each_chunk(&mut engine.attached_mut()[..owned], ROWS, |number, kept| {
-            for (row, kept) in kept.iter_mut().enumerate() {
-                set_vector(kept, GUST, numbers[number * ROWS + row]);
-                kept[GUST + 3] += 1.0;
-            }
+        for_each_entry(&mut engine.attached_mut()[..owned], |g, kept| {
+            set_vector(kept, GUST, numbers[g]);
+            kept[GUST + 3] += 1.0;
         });
     }
 }

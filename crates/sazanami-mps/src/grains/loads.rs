@@ -3,7 +3,6 @@
 use sazanami_dem::{ContactReport, DemError, Drag, Engine, Grains, Loads, Substeps};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
-use sazanami_parallel::for_each_chunk;
 
 use super::drag::{DragLaw, ForDragLaw, relaxation_rate, volume, yielding};
 use super::exchange::GIVEN;
@@ -12,9 +11,8 @@ use super::{CouplingReport, FluidAtGrain, Lift, OverlappingGrains, diameter_of, 
 use crate::boundary::Tank;
 use crate::context::Context;
 use crate::ghosts::Ghosts;
-use crate::neighbours::ROWS;
 use crate::particles::Particles;
-use crate::reductions::{set_column, sum_of};
+use crate::reductions::{for_each_entry, set_column, sum_of};
 
 /// Drag on the own grains in the contact sub-steps of a step.
 struct FluidDrag<'a, L> {
@@ -225,7 +223,7 @@ impl OverlappingGrains {
         set_column(shared, owned, |g| {
             [(around[g].velocity + around[g].gust - engine.grains().velocity[g]).length(); GIVEN]
         });
-        for_each_grain(&mut engine.attached_mut()[..owned], |g, kept| {
+        for_each_entry(&mut engine.attached_mut()[..owned], |g, kept| {
             set_vector(kept, PLACE, places[g]);
             let mut resists = 0.0;
             if around[g].share > 0.0 {
@@ -309,21 +307,14 @@ impl OverlappingGrains {
         });
         self.force = force;
         let Self { engine, force, .. } = self;
-        for_each_grain(&mut engine.attached_mut()[..owned], |g, kept| {
+        for_each_entry(&mut engine.attached_mut()[..owned], |g, kept| {
             (0..3).for_each(|d| kept[PRESSURE_FORCE + d] += force[g][d]);
         });
-        for_each_grain(&mut force[..], |_, impulse| *impulse *= dt);
+        for_each_entry(&mut force[..], |_, impulse| *impulse *= dt);
         let sum = domain.sum(sum_of(owned, |g| force[g].to_array()));
         report.pressure_on_grains += Vector::from_array(sum);
         self.share_pressure_with_added_mass();
         self.engine.apply_impulses(domain, &self.force);
         report.added_mass_on_grains = self.settle_added_mass(step);
     }
-}
-
-/// Calls `body` with each grain and its entry of a column.
-fn for_each_grain<T: Send>(column: &mut [T], body: impl Fn(usize, &mut T) + Sync) {
-    for_each_chunk(column, ROWS, |number, column| {
-        column.iter_mut().enumerate().for_each(|(row, entry)| body(number * ROWS + row, entry));
-    });
 }

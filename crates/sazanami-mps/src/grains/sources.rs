@@ -6,14 +6,13 @@ use std::f64::consts::PI;
 use sazanami_dem::{Engine, Motion};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
-use sazanami_parallel::for_each_chunk;
 
 use super::binned::{Binned, Lanes, Pair, lanes};
 use super::diameter_of;
 use super::drag::volume;
 use crate::boundary::{Image, Tank};
 use crate::gates::{Gate, near};
-use crate::neighbours::ROWS;
+use crate::reductions::set_column;
 use crate::weight::Weight;
 
 /// A grain or one of its images.
@@ -108,18 +107,13 @@ impl Sources {
         let radius = self.weight.radius;
         let grains = engine.grains();
         let sources = &mut self.sources;
-        sources.clear();
-        sources.resize(grains.len(), Source::default());
-        for_each_chunk(&mut sources[..], ROWS, |number, sources| {
-            for (n, source) in sources.iter_mut().enumerate() {
-                let g = number * ROWS + n;
-                let volume = volume(diameter_of(engine, g));
-                let added = added.get(g).copied().unwrap_or(0.0);
-                let free = grains.motion[g] == Motion::Free;
-                let mobility = if free { (density * volume + added) / (grains.mass[g] + added) } else { 0.0 };
-                let (position, velocity) = (grains.position[g], grains.velocity[g]);
-                *source = Source { id: grains.id[g], position, velocity, volume, mobility };
-            }
+        set_column(sources, grains.len(), |g| {
+            let volume = volume(diameter_of(engine, g));
+            let added = added.get(g).copied().unwrap_or(0.0);
+            let free = grains.motion[g] == Motion::Free;
+            let mobility = if free { (density * volume + added) / (grains.mass[g] + added) } else { 0.0 };
+            let (position, velocity) = (grains.position[g], grains.velocity[g]);
+            Source { id: grains.id[g], position, velocity, volume, mobility }
         });
         // Which ghosts are known farther away is arbitrary, and would change the order of the sums.
         let known = engine.vicinity(domain, engine.ghost_margin());

@@ -52,8 +52,8 @@ fn bridge(case: &Case) -> Option<Bridge> {
 pub fn interactions(case: &Case) -> Interactions {
     let count = case.materials.len();
     let names: Vec<&str> = case.materials.iter().map(|material| material.name.as_str()).collect();
-    // All laws are of one model; what no pair says is not met.
-    let any = case.contacts.first().map_or(LinearSpringDashpot::SAND.into(), |pair| pair.law);
+    // What no pair says is not met.
+    let any = case.contacts.first().map_or(LinearSpringDashpot::SAND, |pair| pair.law);
     let mut interactions = Interactions::uniform(count + 2, any);
     let (walls, sides) = (count as u32, count as u32 + 1);
     for (a, first) in names.iter().enumerate() {

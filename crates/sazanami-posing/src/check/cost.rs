@@ -35,7 +35,7 @@ pub(super) fn predict(
     threads: usize,
     model: &CostModel,
 ) -> Vec<(&'static str, Real)> {
-    let speed = 1.0 + model.parallel_share * (threads as Real - 1.0);
+    let speed = model.speed(threads);
     let of_grains = size.grains as Real * model.substep_grain + size.spheres as Real * model.substep_sphere;
     let substep = (of_grains + size.face_spheres * model.substep_face) / speed;
     let mut parts = if work.pictures > 0.0 { vec![("pictures", work.pictures)] } else { Vec::new() };

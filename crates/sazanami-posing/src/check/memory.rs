@@ -61,7 +61,7 @@ fn observer_memory(case: &Case, model: &CostModel) -> Real {
 fn fluid_memory(case: &Case, model: &CostModel) -> Real {
     match particles::report(case) {
         Some(particles) => particles::memory(case, &particles, model),
-        None => cell_memory(case.domain.cells, per_cell(case, model)),
+        None => with_layers(case.domain.cells) * per_cell(case, model),
     }
 }
 
@@ -74,9 +74,9 @@ fn per_cell(case: &Case, model: &CostModel) -> Real {
     model.memory_cell + extra + pictures::memory_per_cell(case, model)
 }
 
-/// Memory of cells with those round the box, of so many bytes each \[bytes].
-fn cell_memory(cells: [usize; 3], each: Real) -> Real {
-    cells.iter().map(|&n| n as Real + 4.0).product::<Real>() * each
+/// Cells of a box, or of a part of it, with the two layers round it.
+pub(super) fn with_layers(cells: [usize; 3]) -> Real {
+    cells.iter().map(|&n| n as Real + 4.0).product()
 }
 
 /// Memory of one grain and of its surface in pictures \[bytes].
@@ -166,24 +166,21 @@ pub fn check_memory(loaded: &LoadedCase, machine: &Machine, model: &CostModel, r
                 Some([a, b, c]) => format!("[{a}, {b}, {c}] fits"),
                 None => format!("the grains need {} by themselves: take fewer as well", bytes(needed - cells)),
             };
-            match loaded.places.of("domain.cells") {
-                Some(span) => report.error(span, title).label(label).help(help),
-                None => report.error_in_file(title).label(label).help(help),
-            };
+            report.error_at(loaded.places.of("domain.cells"), title).label(label).help(help);
         }
     }
 }
 
 /// The largest numbers of cells, of so many bytes `each`, in the proportions of `cells` that fit into `room` \[bytes].
 fn fitting_cells(cells: [usize; 3], room: Real, each: Real) -> Option<[usize; 3]> {
-    let mut factor = (room / cell_memory(cells, each)).cbrt();
+    let mut factor = (room / (with_layers(cells) * each)).cbrt();
     if factor.is_nan() || factor <= 0.0 {
         return None;
     }
     // The cells round the box do not shrink with it: thin boxes need some more steps.
     while factor > 1e-7 {
         let fewer = cells.map(|n| ((n as Real * factor).floor() as usize).max(1));
-        if cell_memory(fewer, each) <= room {
+        if with_layers(fewer) * each <= room {
             return Some(fewer);
         }
         factor *= 0.99;

@@ -60,6 +60,13 @@ pub struct CostModel {
     pub disk_point: Real,
 }
 
+impl CostModel {
+    /// Speed on so many threads over that on one.
+    pub(super) fn speed(&self, threads: usize) -> Real {
+        1.0 + self.parallel_share * (threads as Real - 1.0)
+    }
+}
+
 impl Default for CostModel {
     fn default() -> Self {
         Self {

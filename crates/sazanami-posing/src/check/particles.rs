@@ -6,10 +6,10 @@ use serde::Serialize;
 
 use super::bed_flow::{BedReport, bed_flow};
 use super::volumes::{solid, volume_within};
-use super::waves::{TankReport, is_wall, tank};
+use super::waves::{TankReport, tank};
 use super::{CostModel, overlapping};
 use crate::assembly::particles;
-use crate::case::meaning::{Case, FluidName, LiquidRegion, Particles, Placement, Preparation, Solver};
+use crate::case::meaning::{Case, FluidName, LiquidRegion, Particles, Preparation, Solver};
 
 /// Memory of a bin, with its part of the coarse pressure equation \[bytes].
 const MEMORY_BIN: Real = 75.0;
@@ -71,7 +71,7 @@ fn walls(case: &Case, particles: &Particles) -> usize {
     let layers = WALL_LAYERS + particles.radius.floor();
     let box_ = case.domain.extent();
     let inner: Vec<Real> = (0..3).map(|d| (box_[d] / particles.spacing).round()).collect();
-    let outer = |d: usize| inner[d] + layers * case.boundary[d].iter().filter(|side| is_wall(side)).count() as Real;
+    let outer = |d: usize| inner[d] + layers * case.boundary[d].iter().filter(|side| side.is_wall()).count() as Real;
     (outer(0) * outer(1) * outer(2) - inner[0] * inner[1] * inner[2]) as usize
 }
 
@@ -81,8 +81,8 @@ pub(super) fn predict(report: &ParticlesReport, steps: Real, threads: usize, mod
     if report.fluid == 0 {
         return 0.0;
     }
-    let speed = 1.0 + model.parallel_share * (threads as Real - 1.0);
-    steps * (report.fluid as Real * model.fluid_particle + report.walls as Real * model.wall_particle) / speed
+    let step = report.fluid as Real * model.fluid_particle + report.walls as Real * model.wall_particle;
+    steps * step / model.speed(threads)
 }
 
 /// Memory of the particles, and of the bins in which their neighbours are found \[bytes]; that of pouring where it is more.
@@ -103,10 +103,7 @@ fn pouring(case: &Case, report: &ParticlesReport) -> Real {
 /// Extent of the part of the tank in which there is water, from side to side and up to its highest place \[m].
 fn watered(case: &Case) -> Vector {
     let extent = case.domain.extent();
-    let tops = case.liquids.iter().map(|liquid| match liquid.placement {
-        Placement::Absolute(position) => position.z + liquid.region.heights()[1] - case.domain.lower.z,
-        Placement::AboveBed { .. } => extent.z,
-    });
+    let tops = case.liquids.iter().map(|liquid| liquid.top().map_or(extent.z, |top| top - case.domain.lower.z));
     let top = tops.fold(0.0, Real::max);
     extent.with_z(extent.z.min(top))
 }

@@ -1,12 +1,13 @@
 //! Division of a case among ranks: balance, memory and time of each of them.
 
 use sazanami_io::bed::Bed;
+use sazanami_numerics::Real;
 use sazanami_numerics::domain::Decomposition;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::linear::{Levels, levels};
-use sazanami_numerics::{Real, Vector};
 use serde::Serialize;
 
+use super::memory::with_layers;
 use super::{CheckReport, CostModel};
 use crate::assembly::{grains, shared};
 use crate::case::meaning::{Case, GrainPlacement, Solver};
@@ -114,8 +115,7 @@ pub fn ranks(
 
 /// Wall-clock time by part: that of the whole on one thread, times what the largest part has of it, on `threads`.
 fn predicted(report: &CheckReport, shares: &Shares, threads: usize, model: &CostModel) -> Vec<(&'static str, Real)> {
-    let speed = |threads: usize| 1.0 + model.parallel_share * (threads as Real - 1.0);
-    let whole = speed(report.threads.min(report.machine.cores)) / speed(threads);
+    let whole = model.speed(report.threads.min(report.machine.cores)) / model.speed(threads);
     let share = |name: &str| match name {
         // Rank 0 draws for all.
         "pictures" => 1.0,
@@ -160,11 +160,6 @@ fn fullest(
     }
     let all: Real = held.iter().sum();
     (all > 0.0).then(|| held.iter().copied().fold(0.0, Real::max) / all)
-}
-
-/// Cells of a part with the layers around it.
-fn with_layers(cells: [usize; 3]) -> Real {
-    Vector::from_array(cells.map(|n| n as Real + 4.0)).element_product()
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use sazanami_numerics::{Real, Vector};
 
-use crate::case::meaning::{Case, FluidName, GrainPlacement, Motion, Placement, Population};
+use crate::case::meaning::{Case, FluidName, GrainPlacement, LiquidRegion, Motion, Population};
 
 /// Speed that free grains of a population reach by falling through the box [m/s]: that of their fall in vacuum, at most
 /// their terminal speed in the fluid around them. Grains of a bed rest.
@@ -29,13 +29,8 @@ pub(super) fn falling(case: &Case, population: &Population) -> Vector {
 /// Terminal speed of a sphere of the largest grains' size with the drag of Schiller and Naumann (1935): in the liquid
 /// where that reaches above the `lowest` grain \[m], else in the gas [m/s].
 fn terminal_speed(case: &Case, population: &Population, gravity: Real, lowest: Real) -> Option<Real> {
-    let top = |placement: &Placement, high: Real| match placement {
-        Placement::Absolute(position) => position.z + high,
-        Placement::AboveBed { .. } => Real::NEG_INFINITY,
-    };
     let liquids = case.liquids.iter().filter(|liquid| liquid.fluid == FluidName::Liquid);
-    let level =
-        liquids.map(|liquid| top(&liquid.placement, liquid.region.heights()[1])).fold(Real::NEG_INFINITY, Real::max);
+    let level = liquids.filter_map(LiquidRegion::top).fold(Real::NEG_INFINITY, Real::max);
     let fluid = if level >= lowest { case.fluid.liquid } else { case.fluid.gas };
     let size = population.shape.size()? * population.sizes().largest();
     let density = match population.mass_override {

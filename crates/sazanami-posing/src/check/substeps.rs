@@ -16,19 +16,16 @@ fn contacts_of<'c>(case: &'c Case, population: &Population) -> impl Iterator<Ite
     case.contacts.iter().filter(move |pair| pair.a == material || pair.b == material)
 }
 
-/// The larger stiffness of a contact, at most that between the largest grains [N/m].
-pub(crate) fn stiffness(case: &Case, pair: &PairContact) -> Real {
-    let radius =
-        |population: &Population| 0.5 * population.shape.extent().unwrap_or(0.0) * population.sizes().largest();
-    let radius = case.grains.iter().map(radius).fold(0.0, Real::max);
-    let [normal, tangential] = pair.law.stiffness(radius);
+/// The larger stiffness of a contact [N/m].
+pub(crate) fn stiffness(pair: &PairContact) -> Real {
+    let [normal, tangential] = pair.law.stiffness();
     normal.max(tangential)
 }
 
 /// The stiffest contact that grains of the case have.
 pub(crate) fn stiffest_contact(case: &Case) -> Option<&PairContact> {
     let all = case.grains.iter().flat_map(|population| contacts_of(case, population));
-    all.max_by(|a, b| stiffness(case, a).total_cmp(&stiffness(case, b)))
+    all.max_by(|a, b| stiffness(a).total_cmp(&stiffness(b)))
 }
 
 /// Longest sub-step the contacts allow \[s], by the engine's own limit for the smallest and the largest grains of each
@@ -219,7 +216,7 @@ mod tests {
                 let normal_stiffness = 10.0_f64.powf(2.0 + 4.0 * random());
                 let tangential_stiffness = normal_stiffness * (0.1 + random());
                 let law = LinearSpringDashpot::SAND;
-                pair.law = LinearSpringDashpot { normal_stiffness, tangential_stiffness, ..law }.into();
+                pair.law = LinearSpringDashpot { normal_stiffness, tangential_stiffness, ..law };
             });
             case.materials.iter_mut().for_each(|material| material.density = 1100.0 + 6000.0 * random());
             let (expected, found) = (predicted(&case), of_engine(&case));

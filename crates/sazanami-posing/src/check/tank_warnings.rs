@@ -11,7 +11,7 @@ use super::limits::swing_of_water;
 use super::number;
 use super::volumes::levelled;
 use super::waves::tank;
-use crate::case::meaning::{Case, Placement, ProbePlace, Solver};
+use crate::case::meaning::{Case, LiquidRegion, ProbePlace, Solver};
 use crate::case::units::rounded;
 use crate::case::{Diagnostics, LoadedCase};
 
@@ -45,11 +45,9 @@ fn warn_of_turbulence(loaded: &LoadedCase, report: &mut Diagnostics) {
         return;
     }
     let channel = case.mean_flow().map(|flow| {
-        let top = case.liquids.iter().filter_map(|liquid| match liquid.placement {
-            Placement::Absolute(position) => Some(position.z + liquid.region.heights()[1]),
-            Placement::AboveBed { .. } => None,
-        });
-        let depth = top.fold(flow.above, Real::max).min(case.domain.upper.z) - flow.above;
+        let depth =
+            case.liquids.iter().filter_map(LiquidRegion::top).fold(flow.above, Real::max).min(case.domain.upper.z)
+                - flow.above;
         (flow.velocity.length() * depth / viscosity, CHANNEL, "its mean velocity and depth")
     });
     let swing = bed_flow(case).zip(swing_of_water(case)).map(|(bed, (_, frequency))| {

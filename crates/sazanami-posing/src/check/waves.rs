@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use sazanami_numerics::Real;
 use serde::Serialize;
 
-use crate::case::meaning::{BoundarySide, Case, FluidName, GrainPlacement, LiquidRegion, Placement};
+use crate::case::meaning::{BoundarySide, Case, FluidName, GrainPlacement, LiquidRegion};
 
 /// Waves in a tank that is shaken along x1 or x2, by linear theory: from the bed or the floor up, without friction.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -82,7 +82,7 @@ pub(super) struct Modes {
 impl Modes {
     /// Of a direction, from 0, with end walls, at a frequency \[Hz].
     pub(super) fn along(case: &Case, axis: usize, frequency: Real) -> Option<Self> {
-        let closed = case.boundary[axis].iter().all(is_wall);
+        let closed = case.boundary[axis].iter().all(BoundarySide::is_wall);
         let deep = (TAU * frequency).powi(2) / case.gravity.length();
         let found = depth(case).map(|depth| Self { depth, length: case.domain.extent()[axis], deep });
         found.filter(|_| closed)
@@ -116,12 +116,8 @@ impl Modes {
 
 /// Depth of the water above a bed that is levelled, or above the floor \[m].
 fn depth(case: &Case) -> Option<Real> {
-    let top = |liquid: &LiquidRegion| match liquid.placement {
-        Placement::Absolute(position) => Some(position.z + liquid.region.heights()[1]),
-        Placement::AboveBed { .. } => None,
-    };
     let liquids = case.liquids.iter().filter(|liquid| liquid.fluid == FluidName::Liquid);
-    let level = liquids.filter_map(top).filter(|top| top.is_finite()).reduce(Real::max)?;
+    let level = liquids.filter_map(LiquidRegion::top).filter(|top| top.is_finite()).reduce(Real::max)?;
     let bed = case.grains.iter().filter_map(|population| match &population.placement {
         GrainPlacement::Packed(how) => how.level,
         _ => None,
@@ -143,10 +139,6 @@ fn wavenumber(omega: Real, gravity: Real, depth: Real) -> Real {
         }
     }
     k
-}
-
-pub(super) fn is_wall(side: &BoundarySide) -> bool {
-    matches!(side, BoundarySide::NoSlip | BoundarySide::Slip)
 }
 
 #[cfg(test)]

@@ -30,22 +30,11 @@ pub(super) fn read(loaded: &LoadedCase, report: &mut Diagnostics) -> Vec<Option<
                 report
                     .error(span(loaded, users[0]), format!("`{}` is no bed file", file.file.display()))
                     .label(error.to_string())
-                    .help(again(file));
+                    .help(file.how_to_make());
             }
         }
     }
     beds
-}
-
-/// Advice on making a bed file anew.
-fn again(file: &BedFile) -> String {
-    match &file.recipe {
-        Some(recipe) => {
-            let path = std::path::absolute(&file.file).unwrap_or_else(|_| file.file.clone());
-            format!("make it with `sazanami run {} --set output.bed=\"{}\"`", recipe.display(), path.display())
-        }
-        None => "make it with a case that packs grains and names it under `output.bed`".into(),
-    }
 }
 
 /// Place of the bed file of a population in the case file.

@@ -71,7 +71,7 @@ impl Search<'_> {
                     "take fewer contact spheres, a softer contact, or less damping",
                 ),
                 SubstepCause::Contact => (
-                    format!("{:.1e} N/m ask", stiffness(case, pair)),
+                    format!("{:.1e} N/m ask", stiffness(pair)),
                     "take a softer contact: grains may overlap by a hundredth of their size",
                 ),
             };
@@ -89,7 +89,7 @@ impl Search<'_> {
     /// Refuses to pack fine grains under coarse ones that press them flat.
     fn crushing(&mut self, populations: &[PopulationReport]) {
         let Some(fall) = fall_of(self.case, populations) else { return };
-        let (needed, own) = (fall.softness.least(), fall.softness.least_of(&grains::interactions(self.case)));
+        let (needed, own) = (fall.softness.least(), grains::interactions(self.case).least_stiffness());
         if needed > own {
             let span = self.loaded.places.near("contact.default.normal_stiffness");
             self.report
@@ -130,7 +130,7 @@ impl Search<'_> {
             let laws =
                 case.contacts.iter().filter(|pair| pair.a == population.material || pair.b == population.material);
             let radius = smallest_sphere(body) * population.sizes().smallest();
-            let softest = laws.map(|pair| pair.law.stiffness(radius)[0]).reduce(Real::min)?;
+            let softest = laws.map(|pair| pair.law.normal_stiffness).reduce(Real::min)?;
             Some(piled * mass * case.resting_gravity().length() / (softening.stiffness * softest * radius))
         });
         let deepest = deepest.fold(0.0, Real::max);

@@ -1,48 +1,44 @@
 //! When what is due.
 
 use sazanami_numerics::Real;
-use sazanami_posing::schedule::{Schedule, StepEnds};
+use sazanami_posing::schedule::StepEnds;
 
-use crate::case::meaning::{self, Case};
+use crate::case::meaning::{Case, Schedule};
 use crate::clock::Clock;
 
 /// A schedule by time and by steps.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Timetable {
-    times: Schedule,
-    steps: Option<u64>,
-}
+pub(crate) struct Timetable(Schedule);
 
 impl Timetable {
-    pub fn new(schedule: &meaning::Schedule) -> Self {
-        Self {
-            times: Schedule::new(schedule.every, schedule.at.clone()),
-            steps: schedule.steps.map(|steps| steps as u64),
-        }
+    pub fn new(schedule: &Schedule) -> Self {
+        Self(schedule.clone())
     }
 
     fn starts_at_zero(&self) -> bool {
-        self.steps.is_some() || self.times.starts_at_zero()
+        self.0.steps.is_some() || self.0.starts_at_zero()
     }
 
     fn is_used(&self) -> bool {
-        self.steps.is_some() || self.times.is_used()
+        !self.0.is_empty()
+    }
+
+    fn by_step(&self, clock: &Clock) -> bool {
+        self.0.steps.is_some_and(|steps| clock.step().is_multiple_of(steps as u64))
     }
 
     /// Times at which something is due in the step from `before` to now \[s].
     fn within(&self, before: Real, clock: &Clock) -> Vec<Real> {
         let now = clock.time();
-        let mut times: Vec<Real> = self.times.within(before, now).map(|time| time.min(now)).collect();
-        let by_step = self.steps.is_some_and(|steps| clock.step().is_multiple_of(steps));
-        if by_step && times.last() != Some(&now) {
+        let mut times: Vec<Real> = self.0.within(before, now).map(|time| time.min(now)).collect();
+        if self.by_step(clock) && times.last() != Some(&now) {
             times.push(now);
         }
         times
     }
 
     fn is_due(&self, before: Real, clock: &Clock, tolerance: Real) -> bool {
-        let by_step = self.steps.is_some_and(|steps| clock.step().is_multiple_of(steps));
-        by_step || self.times.is_due(before, clock.time(), tolerance)
+        self.by_step(clock) || self.0.is_due(before, clock.time(), tolerance)
     }
 }
 
@@ -64,7 +60,7 @@ impl Timetables {
         Self {
             outputs: [&output.series, &output.fields, &output.grains, &output.figures].map(Timetable::new),
             probes: case.probes.iter().map(|probe| Timetable::new(&probe.schedule)).collect(),
-            checkpoints: Schedule::new(case.checkpoint.every, Vec::new()),
+            checkpoints: case.checkpoint.schedule(),
             ends: StepEnds::of(case),
             end: (case.run.until, case.run.steps.map(|steps| steps as u64)),
         }

@@ -126,7 +126,6 @@ fn pack<B: Observer>(
         let limiter = match report.stage {
             Stage::Falling => "falling",
             Stage::Settling => "settling",
-            Stage::Tapping => "tapping",
             Stage::Done | Stage::GivenUp => "done",
         };
         recorder.report(&StepLine {
@@ -150,7 +149,7 @@ fn pack<B: Observer>(
                 let help = "raise `time_limit` of the packing, or take it as it then lies with `stop = \"time_only\"`";
                 return Err(RankError::NotAtRest { time: report.time, mean_speed: report.mean_speed, help });
             }
-            Stage::Falling | Stage::Settling | Stage::Tapping => {}
+            Stage::Falling | Stage::Settling => {}
         }
     }
 }

@@ -127,7 +127,7 @@ fn the_first_step_of_random_cases_is_that_of_check() {
         assert!(agree(&report, &step), "case {number}: {:?}, not {step:?}", described(&report));
         // Negative control: a sphere that forces across the normal would not turn, of leverage 1 and not 3.5.
         let mass = report.populations[0].mass_kg.expect("a sphere has a mass");
-        let [normal, tangential] = loaded.case.contacts[0].law.stiffness(0.0);
+        let [normal, tangential] = loaded.case.contacts[0].law.stiffness();
         let contact =
             TangentialForce::default().substep_factors()[1] * PI * (mass / (2.0 * normal.max(tangential))).sqrt();
         told_apart += usize::from((step.dt / contact).ceil() as usize != step.substeps);

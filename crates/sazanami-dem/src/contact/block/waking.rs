@@ -7,7 +7,7 @@ use sazanami_numerics::{Matrix, Real, Vector};
 
 use super::Block;
 use crate::contact::context::ContactContext;
-use crate::contact::pair::Contact;
+use crate::contact::pair::{Contact, insert_in_order};
 use crate::contact::search::{CUT_OFF, NEAREST, TOUCH};
 use crate::lanes::{Lanes, Lanes3};
 
@@ -189,15 +189,6 @@ impl Block {
             return;
         }
         self.found.sort_unstable_by_key(Contact::key);
-        self.merged.clear();
-        let mut new = self.found.iter().peekable();
-        for old in &self.contacts {
-            while let Some(contact) = new.next_if(|c| c.key() < old.key()) {
-                self.merged.push(*contact);
-            }
-            self.merged.push(*old);
-        }
-        self.merged.extend(new);
-        std::mem::swap(&mut self.contacts, &mut self.merged);
+        insert_in_order(&mut self.contacts, &self.found, &mut self.merged, Contact::key);
     }
 }

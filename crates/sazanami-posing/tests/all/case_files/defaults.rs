@@ -55,10 +55,7 @@ fn that_change(file: &Path) -> Vec<String> {
 fn a_wall_differs_from_the_grains_in_what_it_gives() {
     let sand = "[material.sand]\ndensity = \"2650 kg/m^3\"\n[contact.\"sand/sand\"]\nnormal_stiffness = \"5e3 N/m\"\nfriction = 0.6\n";
     let laws = |more: &str| {
-        let law = |pair: &sazanami_posing::case::meaning::PairContact| {
-            let ContactLaw::LinearSpringDashpot(law) = pair.law;
-            (law.normal_stiffness, law.friction)
-        };
+        let law = |pair: &sazanami_posing::case::meaning::PairContact| (pair.law.normal_stiffness, pair.law.friction);
         case_of(&format!("{SMALL}{sand}{more}"), &[]).contacts.iter().map(law).collect::<Vec<_>>()
     };
     assert_eq!(laws(""), [(5e3, 0.6), (5e3, 0.6)]);

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use sazanami_dem::TangentialForce;
 use sazanami_posing::case::meaning::{
-    BoundarySide, Case, ContactLaw, Damping, Exchange, GrainPlacement, GrainShape, Placement, Preset, PressureForm,
-    Region, StepChoice, Substeps, ViscosityScheme,
+    BoundarySide, Case, Damping, Exchange, GrainPlacement, GrainShape, Placement, Preset, PressureForm, Region,
+    StepChoice, Substeps, ViscosityScheme,
 };
 use sazanami_posing::case::resolved::{self, Paths};
 use sazanami_posing::case::{self, CaseError, LoadedCase};
@@ -104,10 +104,7 @@ fn values_mean_what_they_say() {
     let drop = &case.liquids[1];
     assert_eq!(drop.placement, Placement::AboveBed { height: 0.3e-3, to_bottom: true, offset: [1e-3, -1e-3] });
     assert!((drop.velocity.length() - 3.0).abs() < 1e-14 && drop.velocity.z < -2.8);
-    let law = |a, b| match case.contact(a, b) {
-        Some(ContactLaw::LinearSpringDashpot(law)) => *law,
-        _ => panic!("a spring and dashpot between {a} and {b}"),
-    };
+    let law = |a, b| *case.contact(a, b).unwrap_or_else(|| panic!("a spring and dashpot between {a} and {b}"));
     assert_eq!(law("oak wood", "sand").damping, Damping::Restitution(0.35));
     let wall = law("sand", "wall");
     assert_eq!((wall.normal_stiffness, wall.friction, wall.damping), (2e4, 0.3, Damping::Restitution(0.5)));
@@ -151,7 +148,7 @@ fn the_literal_preset_follows_the_letter() {
     );
     assert_eq!(literal.dem.substeps, Substeps::Fixed(325));
     assert_eq!(literal.grains[0].mass_override, Some(1.93e-7));
-    assert!(literal.contacts.iter().all(|pair| pair.law.options().tension));
+    assert!(literal.contacts.iter().all(|pair| pair.law.tension));
     // What the case says itself stands above the preset.
     let mixed = case_of(
         &plain,

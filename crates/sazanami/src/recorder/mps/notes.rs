@@ -1,6 +1,6 @@
 //! Notes as a flow begins: the frame in which things are written, and what is made of the motion of a tank.
 
-use crate::case::meaning::{Axis, Case, TankMotion};
+use crate::case::meaning::{Case, Direction, TankMotion};
 use crate::recorder::observer::of_frame;
 
 /// Notes on a case.
@@ -29,6 +29,6 @@ pub(super) fn of(case: &Case) -> Vec<String> {
 fn is_across(motion: &TankMotion) -> bool {
     match motion {
         TankMotion::Formula { amplitude, .. } => amplitude.y != 0.0,
-        TankMotion::File { axis, .. } => *axis == Axis::X2,
+        TankMotion::File { axis, .. } => *axis == Direction::X2,
     }
 }

@@ -23,10 +23,9 @@ impl Rim {
     /// The rim of a tank whose particles interact within `cutoff` \[m]; none if it is closed, or has no walls that water
     /// could stand at.
     pub fn of(case: &Case, cutoff: Real) -> Option<Self> {
-        let is_wall = |side: BoundarySide| side != BoundarySide::Periodic && !side.is_open();
-        let has_wall = |d: usize| case.boundary[d].iter().any(|&side| is_wall(side));
+        let has_wall = |d: usize| case.boundary[d].iter().any(BoundarySide::is_wall);
         let (lower, upper) = (case.domain.lower, case.domain.upper);
-        let [left, right] = case.boundary[0].map(is_wall);
+        let [left, right] = case.boundary[0].map(|side| side.is_wall());
         let free = match has_wall(1) {
             true => [Real::INFINITY, Real::NEG_INFINITY],
             false if !left && !right => return None,
