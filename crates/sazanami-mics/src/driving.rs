@@ -8,7 +8,7 @@ use sazanami_numerics::mean_flow::{MeanFlow, MeanFlowReport};
 use crate::solver::{Solver, StepError};
 
 impl Solver {
-    /// Holds a mean velocity of the liquid from the next step on.
+    /// Holds a mean velocity of the liquid from the next step on, at a restart.
     #[must_use]
     pub fn with_mean_flow(mut self, mean_flow: Option<MeanFlow>) -> Self {
         self.mean_flow = mean_flow;
@@ -18,20 +18,25 @@ impl Solver {
         self
     }
 
-    /// Finds the pressure with which the first step starts under what drives the flow: the mean velocity that is held and a mean gradient
-    /// of the pressure that gives the liquid the acceleration `by_pressure` [m/s^2].
+    /// Starts the flow, before its first step and before surface tension: makes the initial velocity free of divergence and finds the
+    /// pressure with which that step begins, under gravity and what drives the flow: a mean velocity that is held, and a mean gradient of
+    /// the pressure that gives the liquid the acceleration `by_pressure` [m/s^2]. Nothing is transported. Collective.
     ///
     /// # Errors
     /// [`StepError`] if the pressure does not converge.
-    pub fn start_driven(&mut self, by_pressure: Vector) -> Result<(), StepError> {
+    pub fn start(&mut self, mean_flow: Option<MeanFlow>, by_pressure: Vector) -> Result<(), StepError> {
+        self.mean_flow = mean_flow;
         self.drive_by_pressure(by_pressure);
         if let Some(net) = self.mean_flow.filter(MeanFlow::is_net) {
+            self.fill_halos();
+            self.flow.predict_faces(&self.domain, &self.boundary, Vector::ZERO, 0.0);
             self.projection.mean.hold(net.held(), self.net_flow());
         }
         let gravity = self.settings.gravity + self.by_mass();
-        let Self { domain, boundary, settings, flow, projection, .. } = self;
-        projection.start(domain, boundary, flow, gravity, &settings.limits, &settings.tolerance)?;
-        self.settle_ghosts();
+        let box_gains = |dt: f64| mean_flow.map_or(Vector::ZERO, |flow| flow.outside_after(dt));
+        let Self { domain, boundary, settings, flow, projection, grains, .. } = self;
+        projection.start(domain, (boundary, box_gains), flow, gravity, &settings.limits, &settings.tolerance)?;
+        grains.begin_exchange(domain, flow, gravity);
         Ok(())
     }
 

@@ -175,13 +175,14 @@ impl Projection {
 
     /// Makes the velocity of `flow` free of divergence at once, and finds the pressure under gravity, and the mean gradient that holds a
     /// net flow against it, with which the first step starts: those of a step in which nothing is transported, less what acts at once.
+    /// `box_gains` is the velocity [m/s] that what enters a box that moves gains in a time \[s].
     ///
     /// # Errors
     /// [`PressureError`].
     pub(crate) fn start(
         &mut self,
         domain: &Domain,
-        boundary: &Boundary,
+        (boundary, box_gains): (&Boundary, impl Fn(Real) -> Vector),
         flow: &mut Flow,
         gravity: Vector,
         limits: &StepLimits,
@@ -191,15 +192,17 @@ impl Projection {
         flow.predict_faces(domain, boundary, Vector::ZERO, 0.0);
         // The pressure does not hang on the length of the step, the rounding of the solve does.
         let spacing = domain.grid().spacing;
-        let pushed = self.largest_pressure()
-            / (flow.fluids.liquid_density.min(flow.fluids.gas_density) * domain.grid().extent().min_element());
-        let body_force = body_force_rate(Vector::X * (gravity.length() + pushed), spacing);
+        let pushed = self.largest_pressure() / domain.grid().extent().min_element() + self.mean.gradient().length();
+        let pushed = pushed / flow.fluids.liquid_density.min(flow.fluids.gas_density);
+        let pulled = gravity.length().max(boundary.gravity_outside().length());
+        let body_force = body_force_rate(Vector::X * (pulled + pushed), spacing);
         let rates = Rates { advective: flow.advective_rate(domain), body_force, ..Rates::default() };
         let dt = StepLimits { fixed: None, ..*limits }.choose(&rates, None).dt;
         let courant = dt * rates.advective;
         let (sides, outside, started) = (self.sides, boundary.gravity_outside(), flow.velocity.clone());
         self.set_outside(domain, outside, &flow.fluids, &flow.density);
-        self.step_in_place(domain, boundary, flow, gravity, dt, (tolerance, courant))?;
+        let entered = boundary.with_faster_inflow(box_gains(dt));
+        self.step_in_place(domain, &entered, flow, gravity, dt, (tolerance, courant))?;
         let with_gravity = std::mem::replace(&mut self.pressure, domain.field(0.0));
         flow.velocity = started;
         let driven = self.mean.acceleration();

@@ -131,8 +131,7 @@ pub struct Solver {
 }
 
 impl Solver {
-    /// Assembles the solver, projects the initial velocity onto a divergence-free field and finds the pressure under gravity; nothing
-    /// is transported.
+    /// A solver that has been started, of a flow that nothing but gravity drives: [`Self::waiting`] and [`Self::start`].
     ///
     /// # Errors
     /// [`StepError`] if the projection fails.
@@ -140,16 +139,30 @@ impl Solver {
         domain: Domain,
         boundary: Boundary,
         settings: GridSettings,
-        mut flow: Flow,
+        flow: Flow,
         engine: Engine,
         shapes: Arc<[Shape]>,
         coupling: Coupling,
     ) -> Result<Self, StepError> {
-        let mut projection = Projection::new(&domain, boundary.pressure_sides());
-        let mut grains = ResolvedGrains::new(&domain, engine, shapes, coupling);
-        projection.start(&domain, &boundary, &mut flow, settings.gravity, &settings.limits, &settings.tolerance)?;
-        grains.begin_exchange(&domain, &flow, settings.gravity);
-        Ok(Self::assembled(domain, boundary, settings, flow, projection, grains))
+        let mut solver = Self::waiting(domain, boundary, settings, flow, engine, shapes, coupling);
+        solver.start(None, Vector::ZERO)?;
+        Ok(solver)
+    }
+
+    /// Assembles a solver that has to be started before its first step: [`Self::start`].
+    #[must_use]
+    pub fn waiting(
+        domain: Domain,
+        boundary: Boundary,
+        settings: GridSettings,
+        flow: Flow,
+        engine: Engine,
+        shapes: Arc<[Shape]>,
+        coupling: Coupling,
+    ) -> Self {
+        let projection = Projection::new(&domain, boundary.pressure_sides());
+        let grains = ResolvedGrains::new(&domain, engine, shapes, coupling);
+        Self::assembled(domain, boundary, settings, flow, projection, grains)
     }
 
     /// The solver of these parts, before its first step.
@@ -211,10 +224,10 @@ impl Solver {
     #[must_use]
     pub fn stable_step(&self) -> StableStep {
         let [grain_motion, grain_turn] = self.grains.motion_rates(&self.domain, self.settings.limits.courant);
-        let (by_mass, by_pressure) = (self.settings.gravity + self.by_mass(), self.projection.mean.acceleration());
-        // Grains feel the one by their mass, the liquid the sum of both.
-        let strongest =
-            if by_mass.length() > (by_mass + by_pressure).length() { by_mass } else { by_mass + by_pressure };
+        // What is heavy feels gravity, the liquid the mean gradient of the pressure as well.
+        let gravity = self.settings.gravity;
+        let of_liquid = gravity + self.projection.mean.acceleration();
+        let strongest = if gravity.length() > of_liquid.length() { gravity } else { of_liquid };
         let rates = Rates {
             advective: self.flow.advective_rate(&self.domain),
             viscous: self.flow.viscous_rate(&self.domain),

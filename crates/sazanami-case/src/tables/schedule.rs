@@ -71,7 +71,7 @@ impl Schedule {
         every + by_steps + self.at.iter().filter(|&&t| t <= until).count() as Real
     }
 
-    /// Next time after `now` \[s] at which something is due, whatever the steps.
+    /// Next time after `now` \[s] at which something is due, whatever the steps; `at` is in order, as it is once read.
     #[must_use]
     pub fn next_after(&self, now: Real) -> Option<Real> {
         let later = |time: Real| time > now + SAME * time.abs().max(Real::MIN_POSITIVE);

@@ -1,4 +1,4 @@
-//! Contacts: neighbour search, skin checks, contact models and forces.
+//! Contacts: neighbour search, skin checks, the contact law and forces.
 //!
 //! What users of it need is in [`public`].
 

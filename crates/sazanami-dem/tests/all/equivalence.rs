@@ -282,7 +282,7 @@ fn packing_goes_on(fine: Real) {
     let mut saved = vec![];
     let mut reports = vec![];
     while !matches!(packing.stage(), Stage::Done | Stage::GivenUp) {
-        if reports.len() % 80 == 60 {
+        if reports.len() % 40 == 30 {
             let mut snapshot = Snapshot::default();
             packing.snapshot(&domain, "bed/", &mut snapshot);
             saved.push((reports.len(), snapshot));

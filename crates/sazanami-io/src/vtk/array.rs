@@ -50,12 +50,6 @@ impl<'a> DataArray<'a> {
         Self::owned(name, 1, &values.into_iter().collect::<Vec<u32>>())
     }
 
-    /// Identifiers, which take eight bytes.
-    #[must_use]
-    pub fn long(name: &str, values: impl IntoIterator<Item = u64>) -> Self {
-        Self::owned(name, 1, &values.into_iter().collect::<Vec<u64>>())
-    }
-
     /// Name of the array.
     #[must_use]
     pub fn name(&self) -> &str {
@@ -75,14 +69,6 @@ impl<'a> DataArray<'a> {
         let [a, b, c] = parts;
         let vectors = a.iter().zip(b).zip(c).flat_map(|((&a, &b), &c)| [a, b, c]);
         Self::rounded(name, 3, vectors)
-    }
-
-    /// Vectors given by component, as they are.
-    #[must_use]
-    pub fn vectors(name: &str, parts: [&[f64]; 3]) -> Self {
-        let [a, b, c] = parts;
-        let vectors: Vec<f64> = a.iter().zip(b).zip(c).flat_map(|((&a, &b), &c)| [a, b, c]).collect();
-        Self::owned(name, 3, &vectors)
     }
 
     /// Number of values, a vector counted by its components.

@@ -98,12 +98,9 @@ pub fn solver(
     let mut flow = flow(case, &domain);
     pour(case, &domain, &boundary, &mut flow, bed_height);
     let tension = surface_tension(case, &domain, &boundary);
-    let solver = solver::Solver::new(domain, boundary, settings(case), flow, engine, shapes, case.coupling)?;
-    let mean_flow = case.mean_flow().map(MeanFlow::new);
-    let mut solver = solver.with_surface_tension(tension).with_mean_flow(mean_flow);
-    if case.drive.is_some() || mean_flow.is_some() {
-        solver.start_driven(case.force_by_volume([0.0; 2]))?;
-    }
+    let mut solver = solver::Solver::waiting(domain, boundary, settings(case), flow, engine, shapes, case.coupling);
+    solver.start(case.mean_flow().map(MeanFlow::new), case.force_by_volume([0.0; 2]))?;
+    let mut solver = solver.with_surface_tension(tension);
     solver.limit_first_step(first_step(case));
     if let Some(carrying) = &case.fluid.carrying_flow {
         solver.set_carried(carrying, 0.0);

@@ -143,10 +143,10 @@ impl GrainStates {
 
     /// Everything that both solvers know of grains, by the names of their files.
     pub fn arrays_of_state(&self) -> Vec<Array> {
-        let mut arrays: Vec<Array> = OF_STATE.into_iter().filter_map(|array| self.array(array)).collect();
-        // Behind the identifiers.
-        arrays.insert(1, Array::reals("position", 3, self.records.iter().flat_map(|record| record.position)));
-        arrays
+        let position = Array::reals("position", 3, self.records.iter().flat_map(|record| record.position));
+        let [first, further @ ..] = &OF_STATE;
+        let further = further.iter().filter_map(|&array| self.array(array));
+        self.array(*first).into_iter().chain([position]).chain(further).collect()
     }
 
     /// The arrays that the case asks for. What turns and scales glyphs is for points alone.

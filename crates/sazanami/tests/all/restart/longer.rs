@@ -36,10 +36,9 @@ fn an_end_later_than_that_of_the_case_is_said() {
     let scratch = Scratch::new("longer-said");
     let said = |name: &str, until: Option<f64>| {
         let options = RunOptions { out: Some(scratch.join(name)), until, ..On::threads(1).options(None) };
-        heard(&load(DRAGGED, &[]), &options)
-            .messages
-            .iter()
-            .any(|text| text.contains("`--set run.until=\"0.009 s\"` lengthens it"))
+        let said = heard(&load(DRAGGED, &[]), &options).messages;
+        assert_eq!(summary(&scratch.join(name))["status"], "finished");
+        said.iter().any(|text| text.contains("`--set run.until=\"0.009 s\"` lengthens it"))
     };
     assert!(said("later", Some(9e-3)));
     // Negative control: an end that the case has, or none.
