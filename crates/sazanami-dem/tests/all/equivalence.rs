@@ -282,7 +282,7 @@ fn packing_goes_on(fine: Real) {
     let mut saved = vec![];
     let mut reports = vec![];
     while !matches!(packing.stage(), Stage::Done | Stage::GivenUp) {
-        if reports.len() % 40 == 30 {
+        if reports.len() % 6 == 4 {
             let mut snapshot = Snapshot::default();
             packing.snapshot(&domain, "bed/", &mut snapshot);
             saved.push((reports.len(), snapshot));
@@ -290,7 +290,8 @@ fn packing_goes_on(fine: Real) {
         reports.push(packing.step(&domain).expect("the case is sound"));
     }
     assert_eq!(packing.stage(), Stage::Done);
-    assert!(saved.len() > 1);
+    assert!(saved.len() > 1, "{} steps", reports.len());
+    assert!([Stage::Falling, Stage::Settling].iter().all(|stage| reports.iter().any(|r| r.stage == *stage)));
     for (at, snapshot) in saved {
         let mut again = Packing::restore(&domain, settings.clone(), bodies(), laws(), &again_of, "bed/", &snapshot)
             .expect("the case is sound");
