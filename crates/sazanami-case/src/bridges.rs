@@ -1,15 +1,15 @@
 //! Checks of liquid bridges against the other tables of a case.
 
 use crate::case::Case;
+use crate::presets::Solver;
 use crate::read::Context;
 use crate::surface_tension::LARGEST;
-use crate::tables::GrainShape;
 use crate::units::rounded;
 
 /// Largest contact angle that the force is known for [degrees].
 const LARGEST_ANGLE: f64 = 50.0;
 
-/// Reports bridges that grains under water, or grains that are no spheres, cannot have.
+/// Reports bridges that the grains of a case cannot have.
 pub fn check(case: &Case, cx: &mut Context<'_>) {
     let Some(bridges) = case.dem.bridges else { return };
     let near = |key: &str| cx.places.near(&format!("dem.bridges{key}"));
@@ -27,21 +27,21 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
             .label("their force is known up to 50 degrees")
             .help("grains of sand and glass have 0 to 30 degrees");
     }
-    if case.has_liquid() {
+    if case.has_liquid() && case.solver == Solver::Mps {
         cx.report
-            .error_at(whole.clone(), "liquid bridges in a case with a body of liquid")
-            .label("grains under water have none, and where the water goes they do not follow it")
-            .help("leave out `dem.bridges`, or the liquid");
+            .error_at(whole.clone(), "liquid bridges between grains in moving particles of water")
+            .label("the particles do not say which grains are moist")
+            .help("choose `solver = \"mics\"`, or leave out `dem.bridges` or the water");
+    } else if !case.has_liquid() && !bridges.damp {
+        cx.report
+            .error_at(near(".damp"), "liquid bridges between grains that are dry and stay so")
+            .label("there is no liquid in this case that could wet them")
+            .help("leave out `damp`, or add `[[liquid]]`");
     }
     if case.grains.is_empty() {
         cx.report
             .error_at(whole, "liquid bridges without grains")
             .label("they hold grains together")
             .help("add `[[grains]]`, or leave out `dem.bridges`");
-    } else if let Some(kind) = case.grains.iter().find(|kind| !matches!(kind.shape, GrainShape::Sphere { .. })) {
-        cx.report
-            .error_at(whole, "liquid bridges between grains that are no spheres")
-            .label(format!("`{}` are none", kind.name))
-            .help("take `shape.sphere`, or leave out `dem.bridges`");
     }
 }

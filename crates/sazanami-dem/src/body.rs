@@ -20,6 +20,8 @@ pub struct Body {
     pub centres: Vec<Vector>,
     /// Radii of the contact spheres \[m].
     pub radii: Vec<Real>,
+    /// Radius of the ball of the same volume \[m].
+    pub(crate) volume_radius: Real,
     /// Radius about the centre of mass that holds contact spheres and mesh \[m].
     pub bounding_radius: Real,
     /// Largest distance of a sphere's centre from the centre of mass \[m].
@@ -58,7 +60,22 @@ impl Body {
             .unwrap_or_default();
         let leverage = leverage(volume, inertia, &centres, &radii);
         let face = Face::largest(volume, inertia, &centres, &radii);
-        Self { volume, inertia, centres, radii, bounding_radius: outermost, centre_radius, capsule, leverage, face }
+        let volume_radius = match &radii[..] {
+            [radius] if centre_radius == 0.0 => *radius,
+            _ => (0.75 * volume / std::f64::consts::PI).cbrt(),
+        };
+        Self {
+            volume,
+            inertia,
+            centres,
+            radii,
+            volume_radius,
+            bounding_radius: outermost,
+            centre_radius,
+            capsule,
+            leverage,
+            face,
+        }
     }
 
     /// A ball with a single contact sphere.

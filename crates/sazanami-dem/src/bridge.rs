@@ -1,6 +1,6 @@
-//! Liquid bridges between wet balls.
+//! Liquid bridges between wet grains.
 //!
-//! A bridge forms where two balls touch and holds until their gap `S` passes
+//! A bridge forms where two grains touch and holds until their gap `S` passes
 //!
 //! ```text
 //! S_c = (1 + theta/2) V^(1/3)
@@ -13,10 +13,12 @@
 //! F = 2 pi R sigma exp(f_1 - f_2 exp(f_3 ln S+ + f_4 ln^2 S+)),    S+ = S/(2 (V/R)^(1/2)),    R = 2 R_1 R_2/(R_1 + R_2)
 //! ```
 //!
-//! `f_1` to `f_4` being polynomials in the contact angle and `ln V/R^3`. The volume of a bridge stays as it is, `V/R^3` the same for all:
-//! with six bridges a ball, as in beds, they hold the liquid content `w` of the volume of the balls, `V = (4 pi/9) w R^3`. What they are
-//! made of lies on the balls when they are apart, where it does nothing. Balls that touch are pulled as at no gap. The viscous force of the
-//! bridge is left out, and walls are dry.
+//! `f_1` to `f_4` being polynomials in the contact angle and `ln V/R^3`. `R_1` and `R_2` are the radii of balls of the grains' volumes: a
+//! grain of another shape is pulled as that ball, at the gap of its nearest contact spheres and through them. The volume of a bridge stays
+//! as it is, `V/R^3` the same for all: with six bridges a grain, as in beds, they hold the liquid content `w` of the volume of the grains,
+//! `V = (4 pi/9) w R^3`. What they are made of lies on the grains when they are apart, where it does nothing. Grains that touch are pulled as
+//! at no gap. The viscous force of the bridge is left out, and walls are dry. What is about the grains may leave a part of the pull alone
+//! ([`crate::Grains::moisture`]).
 
 use std::f64::consts::PI;
 
@@ -47,10 +49,11 @@ pub struct Bridge {
     /// Gap over `R` at which it breaks.
     longest: Real,
     f: [Real; 4],
+    damp: bool,
 }
 
 impl Bridge {
-    /// Bridges of a liquid with a surface tension [N/m], a contact angle \[rad] and a content by the volume of the balls; `None` outside what
+    /// Bridges of a liquid with a surface tension [N/m], a contact angle \[rad] and a content by the volume of the grains; `None` outside what
     /// the fit was made for: contents of 1e-4 to 0.07, angles up to 50 degrees.
     #[must_use]
     pub fn new(surface_tension: Real, contact_angle: Real, content: Real) -> Option<Self> {
@@ -64,10 +67,23 @@ impl Bridge {
             volume,
             longest: (1.0 + 0.5 * contact_angle) * volume.cbrt(),
             f: coefficients(contact_angle, volume.ln()),
+            damp: true,
         })
     }
 
-    /// Volume of a bridge between balls of these `radii` \[m] [m^3].
+    /// The same between grains that are damp when the run begins, or that are dry until a coupled solver brings liquid to them.
+    #[must_use]
+    pub fn of_damp_grains(self, damp: bool) -> Self {
+        Self { damp, ..self }
+    }
+
+    /// Whether grains are damp when the run begins.
+    #[must_use]
+    pub fn damp(&self) -> bool {
+        self.damp
+    }
+
+    /// Volume of a bridge between grains of these `radii` \[m] [m^3].
     #[must_use]
     pub fn volume(&self, radii: [Real; 2]) -> Real {
         self.volume * mean(radii).powi(3)
@@ -77,13 +93,6 @@ impl Bridge {
     #[must_use]
     pub fn rupture(&self, radii: [Real; 2]) -> Real {
         self.longest * mean(radii)
-    }
-
-    /// Whether there is a bridge between balls with this gap \[m], that did or did not have one before.
-    #[inline]
-    #[must_use]
-    pub fn holds(&self, gap: Real, radii: [Real; 2], before: bool) -> bool {
-        gap < 0.0 || (before && gap <= self.rupture(radii))
     }
 
     /// Its pull \[N].
@@ -112,9 +121,10 @@ impl Bridge {
             .sum::<Real>()
     }
 
-    /// Gap over the smaller radius up to which balls of any sizes may have bridges.
-    pub(crate) fn reach(&self) -> Real {
-        2.0 * self.longest
+    /// How far from its surface a grain of this `radius` may be held, beside another that reaches as far as its own asks: no bridge is longer
+    /// than the two together, `R` being no more than the mean of both radii \[m].
+    pub(crate) fn margin(&self, radius: Real) -> Real {
+        0.5 * self.longest * radius
     }
 
     /// Pull over `2 pi R sigma` at a gap over `R`.
@@ -194,7 +204,7 @@ mod tests {
         let bridge = bridge(10.0, 0.01);
         let unequal = [1e-3, 3e-3];
         assert!((bridge.force(1e-4, unequal) / bridge.force(1e-4, [1.5e-3; 2]) - 1.0).abs() < 1e-14);
-        assert!(bridge.rupture(unequal) <= bridge.reach() * 1e-3);
+        assert!(bridge.rupture(unequal) <= unequal.iter().map(|r| bridge.margin(*r)).sum());
     }
 
     #[test]

@@ -226,6 +226,12 @@ impl Engine {
         &mut self.grains.wetness
     }
 
+    /// The moisture of the grains and ghosts ([`Grains::moisture`]), with the numbers kept with them ([`Self::attached_mut`]); those of
+    /// ghosts are the caller's to set too.
+    pub fn moisture_mut(&mut self) -> (&mut [Real], &mut [[Real; crate::ATTACHED]]) {
+        (&mut self.grains.moisture, &mut self.grains.attached)
+    }
+
     /// Surroundings nearer than `margin` \[m] to this rank's part; where a side of the box is not periodic, all that is beyond it.
     ///
     /// With a margin up to [`Setup::ghost_margin`] every image of a grain in it has an entry. Whether there are entries
@@ -443,7 +449,7 @@ impl Engine {
         let block = &self.blocks[own / ROWS];
         let row = own - block.first;
         let range = block.starts[row] as usize..block.starts[row + 1] as usize;
-        block.pairs[range].iter().filter(|p| p.touching && !p.apart).count() + self.incoming.touching(&self.blocks, own)
+        block.pairs[range].iter().filter(|p| p.meets()).count() + self.incoming.touching(&self.blocks, own)
     }
 
     /// Whether own grain `own` touched another grain in the last sub-step.

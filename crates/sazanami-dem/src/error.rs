@@ -91,12 +91,6 @@ pub enum DemError {
         /// The film.
         film: Film,
     },
-    /// A grain that is no ball cannot have liquid bridges.
-    #[error("grain {id} is no ball: liquid bridges are between balls")]
-    BridgeOfNoBall {
-        /// Identifier of the grain.
-        id: u64,
-    },
     /// A plate is moved that is not among the walls.
     #[error(
         "the walls of the grains have no plate {number}, counted from 0: name it in their setup with `Wall::plate`"

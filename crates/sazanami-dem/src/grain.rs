@@ -119,6 +119,9 @@ columns! {
         /// Viscosity of what is about the grain over that of its [`crate::Film`], as a coupled solver last said; 1 at first. The film of a
         /// pair has the smaller of the two. Not stored: a solver that says it does so before every advance.
         pub wetness: Real,
+        /// Part of the pull of the liquid bridges of each grain that what is about it leaves, as a coupled solver last said: 0 where no
+        /// liquid has been, and under water; 1 at first. A pair has the smaller of the two. Not stored, as the wetness.
+        pub moisture: Real,
         /// Values that a coupled solver stores with each grain, zero at first; they migrate with it.
         pub attached: [Real; ATTACHED],
         /// Centre of mass without wrapping at periodic sides \[m].
@@ -210,6 +213,7 @@ impl GrainRecord {
             contact_torque: [0.0; 3],
             drag_impulse: [0.0; 3],
             wetness: 1.0,
+            moisture: 1.0,
             attached: [0.0; ATTACHED],
         })
     }

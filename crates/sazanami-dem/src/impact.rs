@@ -116,7 +116,7 @@ impl Impacts {
         let [along, across] = law.damping(mass);
         let stops = mass / along.max(ACROSS * across);
         let substep = (ball.half_periods[1] / FINE).min(FINE_OF_DASHPOT * stops);
-        let law = PairConstants::new(law, None, None);
+        let law = PairConstants::new(law, None);
         let right = Impact { ball, given: &given, substep }.run(&law);
         Self { law, ball, fine: substep / ball.half_periods[1], right }
     }
@@ -185,14 +185,8 @@ impl Impact<'_> {
             }
             let arm = normal * (Lanes::splat(radius) + height * Lanes::splat(0.5));
             let at_contact = velocity + spin.cross(arm);
-            let (on_ball, stretched, _) = force::<WIDTH, false>(
-                &constants,
-                normal,
-                (-height, radii, Lanes::splat(1.0)),
-                -at_contact,
-                (d_t, None),
-                h,
-            );
+            let (on_ball, stretched, _) =
+                force::<WIDTH, false>(&constants, normal, (-height, radii, Lanes::splat(1.0)), -at_contact, d_t, h);
             let on_ball = touches.select3(on_ball, none);
             d_t = touches.select3(stretched, none);
             velocity += on_ball * kick;

@@ -155,6 +155,7 @@ impl State {
                 // Every step collects it anew.
                 drag_impulse: [0.0; 3],
                 wetness: 1.0,
+                moisture: 1.0,
                 attached: std::array::from_fn(|d| match d.checked_sub(ALWAYS_STORED) {
                     None => attached[ALWAYS_STORED * g + d],
                     Some(d) => further.map_or(0.0, |further| further[FURTHER * g + d]),

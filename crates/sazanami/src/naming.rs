@@ -75,7 +75,6 @@ pub(crate) fn grain_kind(error: &DemError) -> &'static str {
         | DemError::BadFilm { .. }
         | DemError::NoPlate { .. }
         | DemError::FilmDoesNotFit { .. }
-        | DemError::BridgeOfNoBall { .. }
         | DemError::Snapshot(_) => "input",
         DemError::Elsewhere(_) => "elsewhere",
     }

@@ -27,8 +27,8 @@ choices! {
     }
 }
 
-/// Liquid bridges: each forms where two grains touch, pulls them together, and breaks at a gap of (1 + contact_angle/2) times the cube
-/// root of its volume. Walls are dry.
+/// Liquid bridges: each forms where two moist grains touch, pulls them together, and breaks at a gap of (1 + contact_angle/2) times the cube
+/// root of its volume. Walls are dry. On the grid they pull as far as there is no liquid about their grains.
 #[derive(Clone, Copy, Debug, PartialEq, Keys)]
 pub struct Bridges {
     /// Surface tension of the liquid: `"72.8 mN/m"` for water.
@@ -40,6 +40,9 @@ pub struct Bridges {
     /// Contact angle of the liquid on the grains, up to 50 degrees.
     #[key(unit = "rad", range = NonNegative, default = 0.0)]
     pub contact_angle: Real,
+    /// Whether grains are damp when the run begins; if not, those are that the liquid of the case has been about. They stay so.
+    #[key(default = true)]
+    pub damp: bool,
 }
 
 /// Softer springs from a time on, with the restitution and the friction that contacts have: where grains move slowly, sub-steps longer by
@@ -89,7 +92,7 @@ pub struct DemOptions {
     /// Largest gap of the film over the radius of the smaller sphere; on a grid up to half a cell, from which on the cells have it.
     #[key(range = Between(1e-3, 1.0), default = FILM_REACH, omit_if = self.film_roughness == FilmRoughness::None)]
     pub film_reach: Real,
-    /// Liquid bridges between wet grains, for spheres in a case without a body of liquid. Packed beds get them when the run begins.
+    /// Liquid bridges between moist grains; with moving particles in a case without water only. Packed beds get them when the run begins.
     #[key(table)]
     pub bridges: Option<Bridges>,
     /// Softer springs from a time on. Not for packing, which has its own.

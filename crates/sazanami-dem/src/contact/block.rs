@@ -6,6 +6,7 @@
 //! left in the row, so that a skipped row costs one comparison. Contacts that touch are kept in a list ordered by pair and sphere and evaluated in every
 //! sub-step. Which pairs are listed or skipped has no influence on any force.
 
+mod bridges;
 mod waking;
 
 use sazanami_numerics::{Real, Vector};
@@ -19,6 +20,7 @@ use super::search::{NearestSpheres, SphereSearch, TOUCH};
 use super::walls::WallContacts;
 use crate::lanes::WIDTH;
 use crate::wrench::Wrench;
+pub(crate) use bridges::Held;
 use waking::Approach;
 
 /// Consecutive grains with the pairs in which they come first; see the module.
@@ -42,13 +44,15 @@ pub(crate) struct Block {
     /// Place of each pair's first grain among those with a lower identifier than the second.
     pub rank: Vec<u32>,
     pub contacts: Vec<Contact>,
-    /// Action of each pair on its second grain; meaningful while it touches.
+    /// Liquid bridges, by pair.
+    pub bridges: Vec<Held>,
+    /// Action of each pair on its second grain; meaningful while it acts.
     pub on_high: Vec<Wrench>,
     /// Sum of the actions on each row's grain of the pairs in which it is first.
     pub own: Vec<Wrench>,
     /// Whether a row's grain touches as first of a pair or touches a wall.
     pub touches: Vec<bool>,
-    /// Pairs that began or ceased to touch in this sub-step.
+    /// Pairs that began or ceased to act in this sub-step.
     pub changes: Vec<u32>,
     pub walls: WallContacts,
     /// Identifier, image, place and gap of the neighbours of the row being filled.
@@ -74,6 +78,7 @@ impl Block {
         self.rank.clear();
         self.nearest.clear();
         self.contacts.clear();
+        self.bridges.clear();
         self.on_high.clear();
         self.changes.clear();
         self.own.clear();
@@ -100,8 +105,8 @@ impl Block {
     }
 
     /// Reserves the memory that the sub-steps with this list need: one contact per listed pair, of which few touch,
-    /// and a few to spare.
-    pub fn reserve(&mut self) {
+    /// and a few to spare; with `bridges` one of each pair too.
+    pub fn reserve(&mut self, bridges: bool) {
         let room = self.pairs.len() + 16;
         reserve(&mut self.contacts, room);
         reserve(&mut self.merged, room);
@@ -110,6 +115,9 @@ impl Block {
         reserve(&mut self.near.found, 64);
         reserve(&mut self.due, room);
         reserve(&mut self.changes, room);
+        if bridges {
+            reserve(&mut self.bridges, room);
+        }
         self.walls.reserve();
     }
 
@@ -123,6 +131,9 @@ impl Block {
             (false, true) => self.evaluate_balls::<false>(step, &mut counters),
             (true, false) => self.evaluate::<true>(step, &mut counters),
             (false, false) => self.evaluate::<false>(step, &mut counters),
+        }
+        if let Some(bridge) = step.context.bridge {
+            self.act_by_bridges(step.context, bridge, &mut counters);
         }
         self.walls.step(step, self.first, &mut self.touches, &mut counters);
         counters.changes = self.changes.len();
@@ -200,38 +211,25 @@ impl Block {
                 if parted == pair.touching {
                     pair.touching = !parted;
                     pair.count = u32::from(!parted);
-                    self.changes.push(p);
+                    if !pair.bridged {
+                        self.changes.push(p);
+                    }
                 }
                 if !PLAIN {
                     pair.apart = apart;
                 }
                 if parted {
-                    let broken = self.contacts[from].bridged && (self.pairs[p as usize].low as usize) < context.owned;
-                    counters.ruptures += usize::from(broken);
                     self.part(context, from, -forces.overlap.0[l]);
                     continue;
                 }
-                let ends = [pair.low, pair.high];
                 let row = pair.low as usize - self.first;
-                let counted_here = (pair.low as usize) < context.owned;
-                let counted = usize::from(!apart && counted_here);
+                let counted = usize::from(!apart && (pair.low as usize) < context.owned);
                 if kept != from {
                     self.contacts[kept] = self.contacts[from];
                 }
                 self.contacts[kept].d_t = forces.d_t.lane(l);
                 if !PLAIN && apart {
                     self.contacts[kept].deep = false;
-                }
-                if !PLAIN && let Some(bridge) = context.bridge {
-                    let radii = ends.map(|g| context.poses[g as usize].radius);
-                    let before = self.contacts[kept].bridged;
-                    let holds = bridge.holds(-forces.overlap.0[l], radii, before);
-                    self.contacts[kept].bridged = holds;
-                    if counted_here {
-                        counters.bridges += usize::from(holds);
-                        counters.ruptures += usize::from(before && !holds);
-                        counters.bridge_volume += if holds { bridge.volume(radii) } else { 0.0 };
-                    }
                 }
                 let fraction = forces.fraction.0[l];
                 if fraction > deepest.0 {
@@ -285,7 +283,7 @@ impl Block {
         let p = contact.pair as usize;
         let pair = &self.pairs[p];
         let pose = &context.poses[pair.low as usize];
-        // Balls alone have films and bridges; the radius of others is 0.
+        // Balls alone have films; the radius of others is 0.
         let reach = context.reach.of(pose.radius.min(context.poses[pair.high as usize].radius));
         let slack = TOUCH * context.bodies[pose.body as usize].bounding_radius * pose.scale + reach;
         let sum = context.travel[pair.low as usize] + context.travel[pair.high as usize];
@@ -300,7 +298,7 @@ impl Block {
         (self.pairs[p as usize].low as usize) < context.owned
     }
 
-    /// Pairs in which grain `g` comes first that act.
+    /// Pairs in which grain `g` comes first that have contacts.
     pub fn touching_pairs(&self, g: usize) -> impl Iterator<Item = usize> {
         let row = g - self.first;
         let pairs = self.starts[row] as usize..self.starts[row + 1] as usize;
@@ -319,7 +317,9 @@ impl Block {
         let Some(pair) = self.pairs.get_mut(p as usize) else { return };
         if (total.count > 0) != pair.touching {
             pair.touching = !pair.touching;
-            self.changes.push(p);
+            if !pair.bridged {
+                self.changes.push(p);
+            }
         }
         pair.count = total.count as u32;
         if total.count > 0 {

@@ -10,10 +10,10 @@ use crate::bridge::Bridge;
 use crate::motion::Pose;
 use crate::wall::Wall;
 
-/// The gap up to which films and bridges may act between spheres.
+/// The gap up to which films may act between spheres.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reach {
-    /// Over the smaller radius; 0 without films and bridges.
+    /// Over the smaller radius; 0 without films.
     pub over_radius: Real,
     /// At most \[m].
     pub farthest: Real,
@@ -37,6 +37,8 @@ pub(crate) struct ContactContext<'a> {
     /// Gap up to which spheres may act on each other.
     pub reach: Reach,
     pub bridge: Option<&'a Bridge>,
+    /// See [`crate::Grains::moisture`].
+    pub moisture: &'a [Real],
     /// See [`crate::Grains::wetness`].
     pub wetness: &'a [Real],
     /// Whether all bodies are balls.
@@ -55,6 +57,15 @@ pub(crate) struct ContactContext<'a> {
     /// Extent of the box in periodic directions, else 0 \[m].
     pub period: Vector,
     pub owned: usize,
+}
+
+impl ContactContext<'_> {
+    /// Radius of the ball of the volume of grain `g` \[m].
+    #[inline]
+    pub fn volume_radius(&self, g: u32) -> Real {
+        let pose = &self.poses[g as usize];
+        self.bodies[pose.body as usize].volume_radius * pose.scale
+    }
 }
 
 /// A sub-step of the contacts.

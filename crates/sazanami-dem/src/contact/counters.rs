@@ -7,7 +7,7 @@ use sazanami_numerics::{Real, Vector};
 pub(crate) struct Counters {
     pub pairs: usize,
     pub contacts: usize,
-    /// Pairs that began or ceased to touch.
+    /// Pairs that began or ceased to act.
     pub changes: usize,
     /// Rows of pairs whose skins were checked.
     pub checked_rows: usize,

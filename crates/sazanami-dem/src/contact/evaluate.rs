@@ -5,12 +5,12 @@ use sazanami_numerics::{Matrix, Real, Vector};
 use super::context::ContactContext;
 use super::force::{ConstantLanes, PairConstants, force, rolling_torque};
 use super::pair::{Contact, Pair};
-use crate::lanes::{Lanes, Lanes3, Mask};
+use crate::lanes::{Lanes, Lanes3};
 use crate::motion::Pose;
 
 /// Overlaps, forces, torques and tangential displacements of `W` contacts in a sub-step.
 pub(crate) struct ContactForces<const W: usize> {
-    /// Overlap; not positive: the spheres are apart, with a film or a bridge between them at most \[m].
+    /// Overlap; not positive: the spheres are apart, with a film between them at most \[m].
     pub overlap: Lanes<W>,
     /// Overlap over the smaller radius.
     pub fraction: Lanes<W>,
@@ -97,14 +97,13 @@ pub(crate) fn evaluate<const W: usize, const PLAIN: bool, const BALLS: bool>(
         - spin_i.cross(arm_i);
 
     let d_t = Lanes3::from_fn(|l| contact[l].d_t);
-    let bridged = Some(Mask(std::array::from_fn(|l| contact[l].bridged)));
     let radii = [a.radius, b.radius];
     let wetness = if PLAIN {
         Lanes::splat(1.0)
     } else {
         Lanes::from_fn(|l| context.wetness[low[l] as usize].min(context.wetness[high[l] as usize]))
     };
-    let (h, d_t, h_n) = force::<W, PLAIN>(&constants, n, (overlap, radii, wetness), v_r, (d_t, bridged), dt);
+    let (h, d_t, h_n) = force::<W, PLAIN>(&constants, n, (overlap, radii, wetness), v_r, d_t, dt);
     let (mut torque_low, mut torque_high) = (arm_i.cross(h), -arm_j.cross(h));
     if !PLAIN {
         let rolling = rolling_torque(&constants, a.radius, b.radius, h_n, spin_j - spin_i);

@@ -16,7 +16,6 @@ use sazanami_numerics::{Real, Vector};
 
 use super::linear_spring_dashpot::{Constants, LinearSpringDashpot, Springs};
 use super::pair::ACROSS;
-use crate::bridge::Bridge;
 use crate::film::{FILM_FACTOR, Film};
 use crate::lanes::{Lanes, Lanes3, Mask};
 use crate::material::TangentialForce;
@@ -30,11 +29,10 @@ pub(crate) struct PairConstants {
     tension: bool,
     from_touch: bool,
     film: Option<Film>,
-    bridge: Option<Bridge>,
 }
 
 impl PairConstants {
-    pub fn new(law: &LinearSpringDashpot, film: Option<Film>, bridge: Option<Bridge>) -> Self {
+    pub fn new(law: &LinearSpringDashpot, film: Option<Film>) -> Self {
         Self {
             springs: Constants::of(law),
             friction: law.friction,
@@ -42,7 +40,6 @@ impl PairConstants {
             tension: law.tension,
             from_touch: law.tangential_force == TangentialForce::FromTouch,
             film,
-            bridge,
         }
     }
 }
@@ -56,7 +53,6 @@ pub(crate) struct ConstantLanes<const W: usize> {
     from_touch: Mask<W>,
     give: Lanes<W>,
     film: Option<Film>,
-    bridge: Option<Bridge>,
 }
 
 impl<const W: usize> ConstantLanes<W> {
@@ -74,41 +70,28 @@ impl<const W: usize> ConstantLanes<W> {
             from_touch: Mask(std::array::from_fn(|l| of(l).0.from_touch)),
             give: Lanes::from_fn(|l| Real::from(of(l).2)),
             film: of(0).0.film,
-            bridge: of(0).0.bridge,
         }
     }
 }
 
 /// Force on body i, the new tangential displacement and the size of the normal force, at overlap `d_n` of spheres of
-/// these `radii`: of the contact, or of the film where `d_n` is negative, and of the bridge where they touch or one stood `before`;
-/// there is none where that is `None`; films are as viscous as their `wetness`, a factor, says. `PLAIN` leaves out films, bridges and the rarer options.
+/// these `radii`: of the contact, or of the film where `d_n` is negative, which is as viscous as its `wetness`, a factor, says. `PLAIN` leaves
+/// out films and the rarer options.
 #[inline(always)]
 pub(crate) fn force<const W: usize, const PLAIN: bool>(
     c: &ConstantLanes<W>,
     n: Lanes3<W>,
     (d_n, radii, wetness): (Lanes<W>, [Lanes<W>; 2], Lanes<W>),
     v_r: Lanes3<W>,
-    (d_t, before): (Lanes3<W>, Option<Mask<W>>),
+    d_t: Lanes3<W>,
     dt: Real,
 ) -> (Lanes3<W>, Lanes3<W>, Lanes<W>) {
     let contact = contact_force::<W, PLAIN>(c, n, d_n, v_r, d_t, dt);
-    if PLAIN || (c.film.is_none() && c.bridge.is_none()) {
-        return contact;
-    }
+    let Some(film) = c.film.as_ref().filter(|_| !PLAIN) else { return contact };
     let zero = Lanes::splat(0.0);
     let touches = d_n.above(zero);
     let none = Lanes3::splat(Vector::ZERO);
-    let mut apart = none;
-    if let Some(film) = &c.film {
-        apart = film_force(c, film, n, (d_n, radii, wetness), v_r, dt);
-    }
-    if let (Some(bridge), Some(before)) = (&c.bridge, before) {
-        let pull = |l: usize| {
-            let radii = radii.map(|r| r.0[l]);
-            if bridge.holds(-d_n.0[l], radii, before.0[l]) { bridge.force(-d_n.0[l], radii) } else { 0.0 }
-        };
-        apart += n * Lanes::from_fn(pull);
-    }
+    let apart = film_force(c, film, n, (d_n, radii, wetness), v_r, dt);
     let (h, d_t, h_n) = contact;
     (touches.select3(h, none) + apart, touches.select3(d_t, none), touches.select(h_n, zero))
 }

@@ -1,4 +1,4 @@
-//! For each of this rank's grains, the touching pairs in which it comes second, by the identifier of
+//! For each of this rank's grains, the pairs that act in which it comes second, by the identifier of
 //! the first: with them the sum over its partners has one order on every rank.
 
 use super::block::Block;
@@ -12,7 +12,7 @@ struct IncomingPair {
     rank: u32,
 }
 
-/// Touching pairs by second grain; see the module.
+/// Pairs that act by second grain; see the module.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Incoming {
     /// First place of each grain, and the number of places.
@@ -23,7 +23,7 @@ pub(crate) struct Incoming {
 }
 
 impl Incoming {
-    /// Ranks the pairs of new blocks within their second grain, and enters those that touch.
+    /// Ranks the pairs of new blocks within their second grain, and enters those that act.
     pub fn rebuild(&mut self, blocks: &mut [Block], ids: &[u64], owned: usize) {
         self.starts.clear();
         self.starts.resize(owned + 1, 0);
@@ -63,7 +63,7 @@ impl Incoming {
                 let rank = rank as u32;
                 let holder = &mut blocks[block as usize];
                 holder.rank[p as usize] = rank;
-                if holder.pairs[p as usize].touching {
+                if holder.pairs[p as usize].acts() {
                     let at = self.starts[g] + self.counts[g];
                     self.entries[at as usize] = IncomingPair { block, pair: p, rank };
                     self.counts[g] += 1;
@@ -72,7 +72,7 @@ impl Incoming {
         }
     }
 
-    /// Enters and removes the pairs that began or ceased to touch, in the blocks whose counters report changes.
+    /// Enters and removes the pairs that began or ceased to act, in the blocks whose counters report changes.
     pub fn follow(&mut self, blocks: &[Block], block_counters: &[Counters]) {
         for (b, (block, _)) in
             blocks.iter().zip(block_counters).enumerate().filter(|(_, (_, counters))| counters.changes > 0)
@@ -84,7 +84,7 @@ impl Incoming {
                 let row = &mut self.entries[self.starts[g] as usize..self.starts[g + 1] as usize];
                 let rank = block.rank[p as usize];
                 let at = row[..*count as usize].partition_point(|e| e.rank < rank);
-                if pair.touching {
+                if pair.acts() {
                     row.copy_within(at..*count as usize, at + 1);
                     row[at] = IncomingPair { block: b as u32, pair: p, rank };
                     *count += 1;
@@ -96,16 +96,16 @@ impl Incoming {
         }
     }
 
-    /// Sum of the actions on own grain `g` of the pairs in which it is second, and whether any of them touches: with a `film`
-    /// not all do.
+    /// Sum of the actions on own grain `g` of the pairs in which it is second, and whether any of them touches: where some act
+    /// `apart` not all do.
     #[inline(always)]
-    pub fn total(&self, blocks: &[Block], g: usize, film: bool) -> (Wrench, bool) {
+    pub fn total(&self, blocks: &[Block], g: usize, apart: bool) -> (Wrench, bool) {
         let start = self.starts[g] as usize;
         let mut total = Wrench::default();
         for entry in &self.entries[start..start + self.counts[g] as usize] {
             total += blocks[entry.block as usize].on_high[entry.pair as usize];
         }
-        (total, if film { self.touching(blocks, g) > 0 } else { self.counts[g] > 0 })
+        (total, if apart { self.touching(blocks, g) > 0 } else { self.counts[g] > 0 })
     }
 
     /// Block and number in it of each such pair that acts, in order.
@@ -119,6 +119,6 @@ impl Incoming {
     pub fn touching(&self, blocks: &[Block], g: usize) -> usize {
         let start = self.starts[g] as usize;
         let entries = &self.entries[start..start + self.counts[g] as usize];
-        entries.iter().filter(|entry| !blocks[entry.block as usize].pairs[entry.pair as usize].apart).count()
+        entries.iter().filter(|entry| blocks[entry.block as usize].pairs[entry.pair as usize].meets()).count()
     }
 }

@@ -5,6 +5,7 @@ use sazanami_numerics::Real;
 use super::context::Reach;
 use super::force::PairConstants;
 use super::linear_spring_dashpot::LinearSpringDashpot;
+use crate::body::Body;
 use crate::bridge::Bridge;
 use crate::film::Film;
 
@@ -41,7 +42,7 @@ impl Interactions {
         Self { film, ..self }
     }
 
-    /// The same laws with liquid bridges between balls, or without.
+    /// The same laws with liquid bridges between grains, or without.
     #[must_use]
     pub fn with_bridge(self, bridge: Option<Bridge>) -> Self {
         Self { bridge, ..self }
@@ -66,24 +67,29 @@ impl Interactions {
         self.film.as_ref()
     }
 
-    /// The liquid bridges between balls.
+    /// The liquid bridges between grains.
     #[must_use]
     pub fn bridge(&self) -> Option<&Bridge> {
         self.bridge.as_ref()
     }
 
-    /// Gap up to which spheres may act on each other.
+    /// Gap up to which films act.
     pub(crate) fn reach(&self) -> Reach {
-        let film = self.film.map_or([0.0; 2], |film| [film.reach, film.farthest]);
-        match self.bridge {
-            Some(bridge) => Reach { over_radius: bridge.reach().max(film[0]), farthest: Real::INFINITY },
-            None => Reach { over_radius: film[0], farthest: film[1] },
-        }
+        let [over_radius, farthest] = self.film.map_or([0.0; 2], |film| [film.reach, film.farthest]);
+        Reach { over_radius, farthest }
+    }
+
+    /// How far from its surface something else than a touch may act on a grain, beside another that reaches as far as its own asks \[m].
+    pub(crate) fn margin(&self, body: &Body, scale: Real) -> Real {
+        let bridge = self.bridge.map_or(0.0, |bridge| bridge.margin(body.volume_radius * scale));
+        // Balls alone have films.
+        let film = if body.is_ball() { 0.5 * self.reach().of(body.radii[0] * scale) } else { 0.0 };
+        bridge.max(film)
     }
 
     /// Whether every choice is the usual one, for which shorter formulas suffice.
     pub(crate) fn plain(&self) -> bool {
-        self.film.is_none() && self.bridge.is_none() && self.laws.iter().all(LinearSpringDashpot::plain)
+        self.film.is_none() && self.laws.iter().all(LinearSpringDashpot::plain)
     }
 
     /// Sets the law between two materials.
@@ -127,7 +133,7 @@ impl Interactions {
 
     /// The same ready for evaluation.
     pub(crate) fn constants(&self) -> Vec<PairConstants> {
-        self.laws.iter().map(|law| PairConstants::new(law, self.film, self.bridge)).collect()
+        self.laws.iter().map(|law| PairConstants::new(law, self.film)).collect()
     }
 
     /// Changes every stiffness by a factor; restitution stays as it is.

@@ -4,7 +4,7 @@ use sazanami_numerics::particles::BinIndex;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{for_each_chunk, reduce_over};
 
-use super::block::Block;
+use super::block::{Block, Held};
 use super::context::ContactContext;
 use super::laws::Interactions;
 use super::pace::Pace;
@@ -85,7 +85,9 @@ impl ListBuilder {
         for_each_chunk(&mut self.bounds[..], ROWS, |number, bounds| {
             for (n, b) in bounds.iter_mut().enumerate() {
                 let g = number * ROWS + n;
-                *b = bound(context, grains, grains.skin[g] + 0.5 * context.reach.of(context.poses[g].radius), g);
+                let pose = &context.poses[g];
+                let margin = input.interactions.margin(&context.bodies[pose.body as usize], pose.scale);
+                *b = bound(context, grains, grains.skin[g] + margin, g);
             }
         });
         self.sort_by_size();
@@ -180,24 +182,26 @@ fn fill(
             let first = block.contacts.len() as u32;
             let known = mine.clone().filter(|r| r.high == grains.id[high as usize] && r.image == image);
             let apart = known.clone().any(|r| r.is(ContactRecord::APART));
-            block.contacts.extend(known.map(|r| Contact {
+            let bridged = known.clone().find(|r| r.is(ContactRecord::BRIDGED));
+            block.bridges.extend(bridged.map(|r| Held { pair: p, spheres: (r.a, r.b) }));
+            let contacts = known.filter(|r| !r.is(ContactRecord::NO_CONTACT));
+            block.contacts.extend(contacts.map(|r| Contact {
                 pair: p,
                 a: r.a,
                 b: r.b,
                 deep: r.is(ContactRecord::DEEP),
-                bridged: r.is(ContactRecord::BRIDGED),
                 d_t: Vector::from_array(r.d_t),
             }));
             let touching = block.contacts.last().is_some_and(|c| c.pair == p);
             let mut pair = pair(grains, interactions, [low as u32, high], image, touching);
-            (pair.contacts, pair.apart) = (first, apart);
+            (pair.contacts, pair.apart, pair.bridged) = (first, apart, bridged.is_some());
             pair.count = block.contacts.len() as u32 - first;
             let sum = context.travel[low] + context.travel[high as usize];
             let (left, mut nearest) = previous
                 .and_then(|old| remaining(old, low, high as usize, image))
                 .unwrap_or((Real::NEG_INFINITY, NearestSpheres::default()));
             nearest.rest += sum;
-            // Balls alone have films and bridges; the radius of others is 0.
+            // Balls alone have films; the radius of others is 0.
             let [a, b] = [low, high as usize].map(|g| context.poses[g].radius);
             let free = gap * (1.0 - 1e-9) - context.reach.of(a.min(b));
             block.push(pair, sum + left.max(free), nearest);
@@ -208,7 +212,7 @@ fn fill(
         }
     }
     block.listed = near;
-    block.reserve();
+    block.reserve(context.bridge.is_some());
 }
 
 fn pair(grains: &Grains, interactions: &Interactions, [low, high]: [u32; 2], image: [i32; 3], touching: bool) -> Pair {
@@ -226,6 +230,7 @@ fn pair(grains: &Grains, interactions: &Interactions, [low, high]: [u32; 2], ima
         law: law as u16,
         touching,
         apart: false,
+        bridged: false,
         contacts: 0,
         count: 0,
         give: give([inverse(l), inverse(h)]),

@@ -17,10 +17,12 @@ pub(crate) struct Pair {
     pub image: [i16; 3],
     /// Number of the contact law.
     pub law: u16,
-    /// Whether it has contacts, those of a film or bridge among them.
+    /// Whether it has contacts, those of a film among them.
     pub touching: bool,
-    /// Whether film and bridge alone act between its spheres, which do not touch.
+    /// Whether the film alone acts between its spheres, which do not touch.
     pub apart: bool,
+    /// Whether a liquid bridge holds it.
+    pub bridged: bool,
     /// First of its contacts, if it touches.
     pub contacts: u32,
     /// Number of its contacts.
@@ -40,6 +42,18 @@ pub(crate) fn give(inverse_masses: [Real; 2]) -> f32 {
 }
 
 impl Pair {
+    /// Whether anything acts between its grains.
+    #[inline(always)]
+    pub fn acts(&self) -> bool {
+        self.touching || self.bridged
+    }
+
+    /// Whether its grains touch.
+    #[inline(always)]
+    pub fn meets(&self) -> bool {
+        self.touching && !self.apart
+    }
+
     /// From the second grain's unwrapped position to its periodic image \[m].
     #[inline(always)]
     pub fn shift(&self, period: Vector) -> Vector {
@@ -55,8 +69,6 @@ pub(crate) struct Contact {
     pub a: u16,
     pub b: u16,
     pub deep: bool,
-    /// Whether a liquid bridge holds them.
-    pub bridged: bool,
     /// Tangential displacement \[m].
     pub d_t: Vector,
 }

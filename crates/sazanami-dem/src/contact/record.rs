@@ -14,7 +14,7 @@ pub(crate) struct ContactRecord {
     pub image: [i32; 3],
     pub a: u16,
     pub b: u16,
-    /// Some of [`Self::DEEP`], [`Self::APART`] and [`Self::BRIDGED`].
+    /// Some of [`Self::DEEP`], [`Self::APART`], [`Self::BRIDGED`] and [`Self::NO_CONTACT`].
     pub marks: u64,
     pub d_t: [Real; 3],
 }
@@ -22,10 +22,12 @@ pub(crate) struct ContactRecord {
 impl ContactRecord {
     /// It has been counted as deeper than the warning limit.
     pub const DEEP: u64 = 1;
-    /// Film and bridge alone act.
+    /// The film alone acts.
     pub const APART: u64 = 2;
-    /// A liquid bridge holds the spheres.
+    /// A liquid bridge holds the grains.
     pub const BRIDGED: u64 = 4;
+    /// The bridge alone: its spheres are no contact.
+    pub const NO_CONTACT: u64 = 8;
 
     pub fn marks(deep: bool, apart: bool, bridged: bool) -> u64 {
         u64::from(deep) * Self::DEEP + u64::from(apart) * Self::APART + u64::from(bridged) * Self::BRIDGED

@@ -213,6 +213,11 @@ impl SphereSearch {
         NearestSpheres { count: self.count as u32, spheres, rest: sum + (self.rest - slack).max(0.0) }
     }
 
+    /// Nearest spheres of the last search; where some touch the first of those.
+    pub fn closest(&self) -> Option<(u16, u16)> {
+        self.found.first().copied().or((self.count > 0).then(|| self.nearest[0].1))
+    }
+
     fn compare(&mut self, cut_off: Real, touch: Real) {
         self.rest = cut_off;
         let n = self.second.count;

@@ -199,7 +199,7 @@ fn touch(step: &SubStep<'_>, pair: &WallPair, contact: &mut WallContact) -> Opti
         Lanes3::splat(n),
         (Lanes::splat(overlap), [own, far], Lanes::splat(context.wetness[pair.grain as usize])),
         Lanes3::splat(v_r),
-        (Lanes3::splat(contact.d_t), None),
+        Lanes3::splat(contact.d_t),
         dt,
     );
     let rolling = rolling_torque(&constants, own, far, h_n, Lanes3::splat(-pose.spin));

@@ -12,9 +12,9 @@ impl Engine {
     pub(super) fn check_box(&self, domain: &Domain, grains: &[GrainRecord]) -> Result<(), DemError> {
         let size = |r: &GrainRecord| self.bodies[r.shape as usize].bounding_radius * r.scale;
         self.check_film(grains)?;
-        self.check_bridge(grains)?;
         let largest = grains.iter().map(size).fold(0.0, Real::max);
-        let needed = Self::shortest_period(largest) + self.interactions.reach().of(largest);
+        let margin = |r: &GrainRecord| self.interactions.margin(&self.bodies[r.shape as usize], r.scale);
+        let needed = Self::shortest_period(largest) + 2.0 * grains.iter().map(margin).fold(0.0, Real::max);
         for direction in 0..3 {
             let length = self.period[direction];
             if domain.periodic()[direction] && length < needed {
@@ -41,15 +41,6 @@ impl Engine {
             body.is_ball() && film.outer(body.bounding_radius * r.scale) > film.roughness
         };
         grains.iter().find(|r| !fits(r)).map_or(Ok(()), |r| Err(DemError::FilmDoesNotFit { id: r.id, film: *film }))
-    }
-
-    /// Bridges are between balls.
-    fn check_bridge(&self, grains: &[GrainRecord]) -> Result<(), DemError> {
-        let is_ball = |r: &&GrainRecord| self.bodies[r.shape as usize].is_ball();
-        match grains.iter().find(|r| !is_ball(r)) {
-            Some(r) if self.interactions.bridge().is_some() => Err(DemError::BridgeOfNoBall { id: r.id }),
-            _ => Ok(()),
-        }
     }
 
     pub(super) fn check_finite(&self, domain: &Domain, substep: usize) -> Result<(), DemError> {

@@ -68,11 +68,24 @@ impl Engine {
                     image: pair.image.map(i32::from),
                     a: c.a,
                     b: c.b,
-                    marks: ContactRecord::marks(c.deep, pair.apart, c.bridged),
+                    marks: ContactRecord::marks(c.deep, pair.apart, pair.bridged),
                     d_t: c.d_t.to_array(),
                 });
             }
             records.extend(walls.map(of_wall));
+            let apart = block.bridges.iter().filter(|held| !block.pairs[held.pair as usize].touching);
+            records.extend(apart.map(|held| {
+                let pair = &block.pairs[held.pair as usize];
+                ContactRecord {
+                    low: grains.id[pair.low as usize],
+                    high: grains.id[pair.high as usize],
+                    image: pair.image.map(i32::from),
+                    a: held.spheres.0,
+                    b: held.spheres.1,
+                    marks: ContactRecord::BRIDGED | ContactRecord::NO_CONTACT,
+                    d_t: [0.0; 3],
+                }
+            }));
         }
         records.sort_unstable_by_key(ContactRecord::key);
         debug_assert!(records.is_sorted_by(|a, b| a.key() < b.key()), "every pair stands in the list once");
@@ -99,12 +112,10 @@ impl Engine {
         self.place();
         self.choose_skins();
         former_list.size.clear();
-        let reach = self.interactions.reach();
-        let size = |g: usize| {
-            let radius = self.bounding_radius(g);
-            radius + 0.5 * reach.of(radius) + self.grains.skin[g]
-        };
-        former_list.size.extend((0..self.grains.owned).map(size));
+        let grains = &self.grains;
+        let margin = |g: usize| self.interactions.margin(&self.bodies[grains.shape[g] as usize], grains.scale[g]);
+        let size = |g: usize| self.bounding_radius(g) + margin(g) + grains.skin[g];
+        former_list.size.extend((0..grains.owned).map(size));
         self.exchange.renew(domain, &mut self.grains, &former_list.size, self.ghost_margin);
         self.paces.resize(self.grains.len(), Pace::FASTEST);
         self.set_poses();

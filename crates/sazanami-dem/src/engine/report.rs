@@ -5,7 +5,7 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{max_over, sum_over};
 
 use super::Engine;
-use crate::contact::block::Block;
+use crate::contact::block::{Block, Held};
 use crate::contact::counters::Counters;
 use crate::error::DemError;
 use crate::grain::ROWS;
@@ -123,7 +123,6 @@ impl Engine {
             let of = |stretch: Real| springs.energy(overlap, stretch).into_iter().sum::<Real>();
             energies.iter_mut().zip(stretches).for_each(|(energy, stretch)| *energy += of(stretch));
         };
-        let mut bridges = 0.0;
         let own = |p: &usize| block.pairs[*p].touching && (block.pairs[*p].low as usize) < self.grains.owned;
         for p in (0..block.pairs.len()).filter(own) {
             let pair = &block.pairs[p];
@@ -133,9 +132,6 @@ impl Engine {
                 let ((a, ra), (b, rb)) = (self.sphere(low, contact.a), self.sphere(high, contact.b));
                 let line = between + b - a;
                 let gap = line.length() - (ra + rb);
-                if let Some(bridge) = self.interactions.bridge().filter(|_| contact.bridged) {
-                    bridges += bridge.energy(gap, [ra, rb]);
-                }
                 let overlap = (-gap).max(0.0);
                 let n = line.normalize();
                 let arm = a + n * (ra - 0.5 * overlap);
@@ -155,7 +151,25 @@ impl Engine {
             let stretch = self.stretch(pair.law, contact.d_t, [n, v_r], overlap);
             add(pair.law, overlap, stretch);
         }
+        let bridges = self.energy_of_bridges(block);
         energies.map(|energy| energy + bridges)
+    }
+
+    /// Energy of the liquid bridges of a block that are counted here, over that of no gap \[J].
+    fn energy_of_bridges(&self, block: &Block) -> Real {
+        let Some(bridge) = self.interactions.bridge() else { return 0.0 };
+        let of = |held: &Held| {
+            let pair = &block.pairs[held.pair as usize];
+            let ends = [pair.low as usize, pair.high as usize];
+            let [low, high] = ends;
+            let between = self.poses[high].unwrapped - self.poses[low].unwrapped + pair.shift(self.period);
+            let ((a, ra), (b, rb)) = (self.sphere(low, held.spheres.0), self.sphere(high, held.spheres.1));
+            let gap = (between + b - a).length() - (ra + rb);
+            let radii = ends.map(|g| self.bodies[self.grains.shape[g] as usize].volume_radius * self.grains.scale[g]);
+            self.grains.moisture[low].min(self.grains.moisture[high]) * bridge.energy(gap, radii)
+        };
+        let mine = |held: &&Held| (block.pairs[held.pair as usize].low as usize) < self.grains.owned;
+        block.bridges.iter().filter(mine).map(of).sum()
     }
 
     /// Centre of contact sphere `a` relative to its grain's centre of mass, in the laboratory frame, and its radius \[m].

@@ -56,7 +56,7 @@ struct Contacts<'a> {
     blocks: &'a [Block],
     incoming: &'a Incoming,
     /// Whether films or bridges act between grains that do not touch.
-    film: bool,
+    apart: bool,
     /// Present time on the grains' clock \[s].
     time: Real,
 }
@@ -85,7 +85,7 @@ impl Kick<'_> {
         outputs: KickOutputs<'_>,
     ) -> [Wrench; ROWS] {
         let Self { loads, gravity, h, keep } = *self;
-        let Contacts { blocks, incoming, film, time } = *contacts;
+        let Contacts { blocks, incoming, apart, time } = *contacts;
         let mut impulses = [Wrench::default(); ROWS];
         let Some(block) = blocks.get(number) else { return impulses };
         let rows = number * ROWS..number * ROWS + velocity.len();
@@ -93,7 +93,7 @@ impl Kick<'_> {
         // In a loop of its own, so that many of these scattered reads are in flight at once.
         let mut arriving = [(Wrench::default(), false); ROWS];
         for (sum, g) in arriving.iter_mut().zip(rows.clone()) {
-            *sum = incoming.total(blocks, g, film);
+            *sum = incoming.total(blocks, g, apart);
         }
         for (row, g) in rows.enumerate() {
             let (mut total, touched) = arriving[row];
@@ -161,6 +161,7 @@ impl Engine {
             reach: self.interactions.reach(),
             bridge: self.interactions.bridge(),
             wetness: &self.grains.wetness,
+            moisture: &self.grains.moisture,
             balls: self.bodies.iter().all(Body::is_ball),
             poses: &self.poses,
             rotations: &self.rotations,
@@ -207,8 +208,8 @@ impl Engine {
         let Self { grains, poses, rotations, turned, travel, paces, mass_properties, blocks, incoming, book, .. } =
             self;
         let (skin, paces) = (&grains.skin[..owned], &paces[..owned]);
-        let film = self.interactions.reach().over_radius > 0.0;
-        let contacts = Contacts { blocks, incoming, film, time: self.time };
+        let apart = self.interactions.film().is_some() || self.interactions.bridge().is_some();
+        let contacts = Contacts { blocks, incoming, apart, time: self.time };
         let gravity = kick.map_or(Vector::ZERO, |kick| kick.h * kick.gravity);
         let motion = (
             &mut grains.unwrapped[..owned],

@@ -12,7 +12,7 @@ mod surface;
 
 use std::sync::Arc;
 
-use sazanami_dem::{ATTACHED, ContactReport, DemError, Engine, Loads, Motion, Substeps};
+use sazanami_dem::{ATTACHED, Bridge, ContactReport, DemError, Engine, Loads, Motion, Substeps};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::{Shape, VolumeFractionMethod};
 use sazanami_numerics::grid::Field;
@@ -67,7 +67,9 @@ impl Coupling {
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 struct CouplingState {
-    unused: [Real; 6],
+    /// Largest part of the fluid about the grain that has been liquid so far, where bridges ask for it.
+    wetted: Real,
+    unused: [Real; 5],
     /// Mass of displaced fluid at the last exchange \[kg].
     displaced_mass: Real,
     velocity_before: [Real; 3],
@@ -375,9 +377,13 @@ impl ResolvedGrains {
         self.engine.advance(domain, &loads, gravity, dt, self.coupling.substeps)
     }
 
-    /// Tells the engine how viscous the fluid about each grain is: the mean over the cells that hold its surface, by their open parts.
+    /// Tells the engine how viscous the fluid about each grain is, and what of it bridges have: by means over the cells that hold its
+    /// surface, by their open parts. Grains are moist as far as liquid has
+    /// been about them, or as they are found, and is not now.
     fn wet(&mut self, domain: &Domain, flow: &Flow) {
-        if self.engine.interactions().film().is_none() {
+        let interactions = self.engine.interactions();
+        let damp = interactions.bridge().map(Bridge::damp);
+        if interactions.film().is_none() && damp.is_none() {
             return;
         }
         let [gas, liquid] = flow.fluids.viscosities();
@@ -386,14 +392,16 @@ impl ResolvedGrains {
         self.partial.resize(self.engine.grains().len(), [0.0; 7]);
         for_each_chunk(&mut self.partial[..], 64, |number, sums| {
             for (offset, sum) in sums.iter_mut().enumerate() {
-                let [mut open, mut viscous] = [0.0; 2];
+                let [mut open, mut viscous, mut wet] = [0.0; 3];
                 for share in imprint.shares(number * 64 + offset) {
                     let at = share.at as usize;
                     let weight = share.fraction * (1.0 - alpha[at]).max(BURIED);
                     open += weight;
-                    viscous += weight * (gas + c[at].clamp(0.0, 1.0) * (liquid - gas));
+                    let part = c[at].clamp(0.0, 1.0);
+                    viscous += weight * (gas + part * (liquid - gas));
+                    wet += weight * part;
                 }
-                *sum = [open, viscous, 0.0, 0.0, 0.0, 0.0, 0.0];
+                *sum = [open, viscous, wet, 0.0, 0.0, 0.0, 0.0];
             }
         });
         self.engine.gather_to_owners(domain, &mut self.partial);
@@ -402,6 +410,23 @@ impl ResolvedGrains {
         for_each_chunk(self.engine.wetness_mut(), BATCH, |number, wetness| {
             for (wetness, sum) in wetness.iter_mut().zip(&sums[number * BATCH..]) {
                 *wetness = if sum[0] > 0.0 { sum[1] / (sum[0] * liquid) } else { 0.0 };
+            }
+        });
+        if let Some(damp) = damp {
+            self.moisten(damp);
+        }
+    }
+
+    /// Remembers how wet each grain has been and tells the engine how moist it is, from the sums of [`Self::wet`].
+    fn moisten(&mut self, damp: bool) {
+        let sums = &self.partial;
+        for_each_chunk(self.engine.moisture_mut(), BATCH, |number, (moisture, attached)| {
+            for (n, (moisture, attached)) in moisture.iter_mut().zip(attached).enumerate() {
+                let [open, _, wet, ..] = sums[number * BATCH + n];
+                let wet = if open > 0.0 { wet / open } else { 0.0 };
+                let state: &mut CouplingState = bytemuck::cast_mut(attached);
+                state.wetted = state.wetted.max(wet);
+                *moisture = if damp { 1.0 - wet } else { state.wetted * (1.0 - wet) };
             }
         });
     }

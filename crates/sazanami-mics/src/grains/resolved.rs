@@ -19,7 +19,9 @@ use crate::momentum::Impulses;
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(super) struct SurfaceState {
-    unused: [Real; 6],
+    /// See [`super::CouplingState`].
+    wetted: Real,
+    unused: [Real; 5],
     /// Slope of the impulse over its estimate in the last joint step ([`super::joint`]); zero: not known.
     pub slope: Real,
     /// Between steps the mean acceleration in the last step [m/s^2]; while the grain moves its velocity before [m/s]. Where

@@ -141,13 +141,13 @@ impl Block {
     fn search(&mut self, context: &ContactContext<'_>, approach: &Approach) {
         let &Approach { pair: p, ends, offset, sum, size, .. } = approach;
         let pair = &self.pairs[p as usize];
-        // Balls alone have films and bridges.
+        // Balls alone have films.
         let touch = TOUCH * size + context.reach.of(size);
         let start = if pair.touching { pair.contacts as usize } else { self.contacts.len() };
         let mine = self.contacts[start..].iter().take_while(|c| c.pair == p);
         let known = |spheres: (u16, u16)| mine.clone().any(|c| (c.a, c.b) == spheres);
         let nearest = &mut self.nearest[p as usize];
-        let new = |(a, b): (u16, u16)| Contact { pair: p, a, b, deep: false, bridged: false, d_t: Vector::ZERO };
+        let new = |(a, b): (u16, u16)| Contact { pair: p, a, b, deep: false, d_t: Vector::ZERO };
         let ends = ends.map(|g| g as usize);
         let radii = ends.map(|g| context.poses[g].radius);
         if radii.iter().all(|&radius| radius > 0.0) {
