@@ -20,7 +20,7 @@ pub(crate) struct Counters {
     /// Liquid bridges, and those that broke in this sub-step.
     pub bridges: usize,
     pub ruptures: usize,
-    /// Volume of the bridges [m^3].
+    /// Volume of the bridges, each as far as its grains are moist [m^3].
     pub bridge_volume: Real,
     /// Force on the walls \[N].
     pub on_walls: Vector,

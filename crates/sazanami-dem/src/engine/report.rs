@@ -40,7 +40,7 @@ pub struct ContactReport {
     pub bridges: usize,
     /// Liquid bridges that broke during the call.
     pub ruptures: usize,
-    /// Liquid in the bridges in the last sub-step [m^3].
+    /// Liquid in the bridges in the last sub-step, in each as far as its grains are moist [m^3].
     pub bridge_volume: Real,
     /// Times the neighbour lists were renewed.
     pub list_renewals: usize,

@@ -6,6 +6,8 @@ use sazanami_numerics::Real;
 const WIDTH: Real = 0.2916;
 /// Weights beyond so many standard deviations are nothing.
 const REACH: Real = 4.0;
+/// Wavelength that is halved over the length of values that repeat from which on nothing but the mean of them is left, to a thousandth.
+const ALL: Real = 4.0;
 
 /// Evenly spaced values, `spacing` \[m] apart, of which waves of length `half` \[m] keep half of their height and
 /// longer ones more: at each place the parabola of least squares under Gaussian weights. It reproduces parabolas, ends
@@ -39,6 +41,7 @@ pub(super) fn smoothed(values: &[Real], spacing: Real, half: Real) -> Vec<Real> 
 /// The same of values that repeat.
 pub(super) fn smoothed_around(values: &[Real], spacing: Real, half: Real) -> Vec<Real> {
     let count = values.len();
+    let half = half.min(ALL * count as Real * spacing);
     let reach = (REACH * WIDTH * half / spacing).ceil() as usize;
     let more: Vec<Real> = (0..count + 2 * reach).map(|n| values[(n + count * reach - reach) % count]).collect();
     smoothed(&more, spacing, half)[reach..reach + count].to_vec()
@@ -61,5 +64,16 @@ mod tests {
             assert!((kept - share).abs() < 2e-3, "{length}: {kept}");
         }
         assert_eq!(smoothed(&[1.0, 5.0], 1.0, 0.1), [1.0, 5.0]);
+    }
+
+    #[test]
+    fn of_waves_that_repeat_only_the_mean_is_left_however_long_those_that_stay() {
+        let wave: Vec<Real> = (0..48).map(|n| 2.0 + (TAU * Real::from(n) / 48.0).cos()).collect();
+        for half in [4.0 * 48.0, 1e9] {
+            let mean = smoothed_around(&wave, 1.0, half);
+            assert!(mean.iter().all(|value| (value - 2.0).abs() < 1e-3), "{half}: {mean:?}");
+        }
+        // Negative control: a wave as long as what is halved stays by half.
+        assert!((smoothed_around(&wave, 1.0, 48.0)[0] - 2.5).abs() < 5e-3);
     }
 }

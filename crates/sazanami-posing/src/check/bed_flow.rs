@@ -52,11 +52,11 @@ impl BedReport {
 }
 
 /// The flow over the bed of a tank that swings along x1: between end walls that of small waves of any length, in a periodic tank water
-/// that stays behind, or water that a force drives to and fro. `None` without grains or without such a motion.
+/// that stays behind, or water that a force drives to and fro. `None` without grains, without water or without such a motion.
 pub fn bed_flow(case: &Case) -> Option<BedReport> {
     let (amplitude, frequency) = swing_of_water(case)?;
     let amplitude = amplitude.x.abs();
-    let population = case.grains.first()?;
+    let population = case.grains.first().filter(|_| case.has_liquid())?;
     let observed = case.ripples.as_ref().map(|ripples| ripples.grain_size);
     let grain_size = observed.or(Some(population.shape.size()? * population.sizes().mean()))?;
     let specific = case.material(&population.material)?.density / case.fluid.liquid.density;

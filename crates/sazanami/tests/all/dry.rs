@@ -94,3 +94,20 @@ fn dry_grains_are_finer_than_the_particles_that_there_are_none_of() {
     let wet = findings(&format!("{TANK}{WATER}"), &fine);
     assert!(wet.iter().any(|found| found.contains("too few particles")), "{wet:?}");
 }
+
+#[test]
+fn a_dry_bed_in_a_box_that_swings_slowly_and_far_has_no_flow_over_it() {
+    let folder = Scratch::new("dry-swing");
+    let bed = "grains.0.placement={ lattice = { lower = [\"0 mm\", \"0 mm\", \"0 mm\"], upper = [\"20 mm\", \"10 mm\", \"2 mm\"], \
+               counts = [20, 10, 2] } }";
+    let swing = "frame.oscillation={ amplitude = [\"1 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"], frequency = \"0.02 Hz\" }";
+    let text = TANK
+        .replace("[boundary]", "[boundary]\nx1 = \"periodic\"")
+        .replace("\"10 mm\", \"10 mm\", \"14 mm\"", "\"20 mm\", \"10 mm\", \"14 mm\"");
+    let overrides = [bed, swing, "ripples={}", "run.until=2 ms"];
+    let told = findings(&text, &overrides);
+    assert!(!told.iter().any(|finding| finding.contains("turbulence")), "{told:?}");
+    // By the way of the box, 63 m, ripples could be as long, and the bed was smoothed over as much.
+    let left = ran(&text, &overrides, &folder.join("run"), On::threads(1));
+    assert!(left.summary["observables"]["ripples"]["flow"].is_null(), "{}", left.summary["observables"]);
+}

@@ -10,6 +10,9 @@ use crate::contact::pair::Contact;
 use crate::contact::search::TOUCH;
 use crate::wrench::Wrench;
 
+/// Moisture below which a grain is dry: what little spray leaves holds nothing.
+const DRY: Real = 0.01;
+
 /// A liquid bridge.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Held {
@@ -88,7 +91,7 @@ impl Block {
         self.own[ends[0] as usize - self.first] += Wrench { force, torque: arms[0].cross(force) };
         if counted {
             counters.bridges += 1;
-            counters.bridge_volume += bridge.volume(radii);
+            counters.bridge_volume += part * bridge.volume(radii);
         }
         true
     }
@@ -127,7 +130,8 @@ impl Block {
 #[inline]
 fn moisture(context: &ContactContext<'_>, ends: [u32; 2]) -> Real {
     let [low, high] = ends.map(|g| context.moisture[g as usize]);
-    low.min(high)
+    let least = low.min(high);
+    if least < DRY { 0.0 } else { least }
 }
 
 /// How spheres of grains `ends` stand, the second in the image that is `shift` from it.
