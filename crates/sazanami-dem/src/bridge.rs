@@ -49,6 +49,7 @@ pub struct Bridge {
     /// Gap over `R` at which it breaks.
     longest: Real,
     f: [Real; 4],
+    content: Real,
     damp: bool,
 }
 
@@ -67,6 +68,7 @@ impl Bridge {
             volume,
             longest: (1.0 + 0.5 * contact_angle) * volume.cbrt(),
             f: coefficients(contact_angle, volume.ln()),
+            content,
             damp: true,
         })
     }
@@ -77,10 +79,11 @@ impl Bridge {
         Self { damp, ..self }
     }
 
-    /// Whether grains are damp when the run begins.
+    /// Part of their bridges that grains have liquid for, `wetted` being the largest part of the pores about them that has been liquid: pores
+    /// hold about as much as grains.
     #[must_use]
-    pub fn damp(&self) -> bool {
-        self.damp
+    pub fn supplied(&self, wetted: Real) -> Real {
+        if self.damp { 1.0 } else { (wetted / self.content).min(1.0) }
     }
 
     /// Volume of a bridge between grains of these `radii` \[m] [m^3].
@@ -219,6 +222,13 @@ mod tests {
             assert!((found / work - 1.0).abs() < 2e-3, "{part}: {found} {work}");
         }
         assert!((bridge.energy(-1e-6, RADII) + 1e-6 * bridge.force(0.0, RADII)).abs() < 1e-18);
+    }
+
+    #[test]
+    fn grains_have_the_bridges_that_there_was_liquid_for() {
+        let dry = bridge(0.0, 0.02).of_damp_grains(false);
+        assert_eq!([0.0, 0.005, 0.02, 1.0].map(|wetted| dry.supplied(wetted)), [0.0, 0.25, 1.0, 1.0]);
+        assert_eq!(bridge(0.0, 0.02).supplied(0.0), 1.0);
     }
 
     #[test]

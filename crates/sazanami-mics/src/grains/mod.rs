@@ -378,12 +378,11 @@ impl ResolvedGrains {
     }
 
     /// Tells the engine how viscous the fluid about each grain is, and what of it bridges have: by means over the cells that hold its
-    /// surface, by their open parts. Grains are moist as far as liquid has
-    /// been about them, or as they are found, and is not now.
+    /// surface, by their open parts. Grains are moist as far as liquid has been about them, or as they are found damp, and is not now.
     fn wet(&mut self, domain: &Domain, flow: &Flow) {
         let interactions = self.engine.interactions();
-        let damp = interactions.bridge().map(Bridge::damp);
-        if interactions.film().is_none() && damp.is_none() {
+        let bridge = interactions.bridge().copied();
+        if interactions.film().is_none() && bridge.is_none() {
             return;
         }
         let [gas, liquid] = flow.fluids.viscosities();
@@ -412,13 +411,13 @@ impl ResolvedGrains {
                 *wetness = if sum[0] > 0.0 { sum[1] / (sum[0] * liquid) } else { 0.0 };
             }
         });
-        if let Some(damp) = damp {
-            self.moisten(damp);
+        if let Some(bridge) = bridge {
+            self.moisten(&bridge);
         }
     }
 
     /// Remembers how wet each grain has been and tells the engine how moist it is, from the sums of [`Self::wet`].
-    fn moisten(&mut self, damp: bool) {
+    fn moisten(&mut self, bridge: &Bridge) {
         let sums = &self.partial;
         for_each_chunk(self.engine.moisture_mut(), BATCH, |number, (moisture, attached)| {
             for (n, (moisture, attached)) in moisture.iter_mut().zip(attached).enumerate() {
@@ -426,7 +425,7 @@ impl ResolvedGrains {
                 let wet = if open > 0.0 { wet / open } else { 0.0 };
                 let state: &mut CouplingState = bytemuck::cast_mut(attached);
                 state.wetted = state.wetted.max(wet);
-                *moisture = if damp { 1.0 - wet } else { state.wetted * (1.0 - wet) };
+                *moisture = bridge.supplied(state.wetted) * (1.0 - wet);
             }
         });
     }
