@@ -8,6 +8,7 @@ use sazanami_numerics::{Real, Vector};
 use crate::bridges;
 use crate::case::Case;
 use crate::driven;
+use crate::entry_pressure;
 use crate::followed;
 use crate::liquids_at_walls;
 use crate::plausible;
@@ -47,6 +48,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     check_floor(case, cx);
     check_feeds(case, cx);
     surface_tension::check(case, cx);
+    entry_pressure::check(case, cx);
     bridges::check(case, cx);
     followed::check(case, cx);
     driven::check(case, cx);

@@ -20,6 +20,7 @@ mod changed;
 mod cross_checks;
 pub mod diagnostics;
 mod driven;
+mod entry_pressure;
 mod explain;
 mod followed;
 pub mod key;

@@ -172,6 +172,7 @@ fn check_idle(case: &Case, cx: &mut Context<'_>) {
     let (dem, usual) = (&case.dem, DemOptions::default());
     let idle = [
         ("fluid.surface_tension", dry, "there is no liquid"),
+        ("fluid.entry_pressure", dry, "there is no liquid"),
         ("fluid.contact_angle", dry, "there is no liquid"),
         ("fluid.receding_angle", dry, "there is no liquid"),
         ("drive.mean_velocity", dry && !net, "there is no liquid whose velocity could be held"),

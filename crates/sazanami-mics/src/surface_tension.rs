@@ -17,7 +17,8 @@
 //! walls is in the curvature beside them. Wide grains have an angle too, at which the liquid is continued into them
 //! (`surface_tension/grains.rs`); the line of contact pulls at them. Through narrow ones the liquid fraction goes on in the covered part as
 //! the transport has it there, and the interface with it. Such grains get their part of the jump with that of the pressure, the pull of the line
-//! in which the interface meets them included; between cells that grains cover whole there is none.
+//! in which the interface meets them included; between cells that grains cover whole there is none. An entry pressure takes the place of
+//! the curvature in beds of narrow grains (`surface_tension/pores.rs`).
 
 mod columns;
 mod curvature;
@@ -25,6 +26,7 @@ mod fit;
 mod grains;
 mod heights;
 mod pins;
+mod pores;
 
 use sazanami_numerics::domain::{Domain, GhostRules};
 use sazanami_numerics::grid::Field;
@@ -39,6 +41,8 @@ use curvature::{CurvatureSource, Surroundings, largest_curvature};
 use grains::Continued;
 pub use grains::WIDE;
 use heights::Heights;
+use pores::Pores;
+pub use pores::entry_rate;
 
 /// Curvature of a cell without one [1/m].
 const NONE: Real = Real::MAX;
@@ -121,6 +125,27 @@ impl Curvatures {
     }
 }
 
+/// Sides of the box that are neither walls nor periodic let the interface out: the jump there is that of what stands outside.
+struct Ends {
+    sides: [[bool; 2]; 3],
+    /// Index of the last face in each direction.
+    last: [isize; 3],
+}
+
+impl Ends {
+    fn of(domain: &Domain) -> Self {
+        let sides = [0, 1, 2].map(|d| [0, 1].map(|side| domain.at_box_end(d, side) && !domain.periodic()[d]));
+        Self { sides, last: domain.cells().map(|n| n as isize) }
+    }
+
+    /// Whether the faces of this index normal to a direction lie on one.
+    #[inline]
+    fn hold(&self, direction: usize, index: isize) -> bool {
+        let [lower, upper] = self.sides[direction];
+        (lower && index == 0) || (upper && index == self.last[direction])
+    }
+}
+
 /// Surface tension on one rank.
 pub struct SurfaceTension {
     coefficient: Real,
@@ -128,14 +153,15 @@ pub struct SurfaceTension {
     heights: Heights,
     /// The liquid in grains that have a contact angle, if there is one.
     continued: Option<Continued>,
+    /// The pores of an entry pressure, if there is one.
+    pores: Option<Pores>,
     /// One ghost layer filled.
     found: Curvatures,
     /// Jump of the pressure across the lower faces \[Pa].
     jump: [Field<Real>; 3],
     /// Rows with an interface, and with the rows beside them: those of faces with a jump.
     rows: [RowSet; 2],
-    /// Sides of the box that are neither walls nor periodic let the interface out: the jump there is that of what stands outside.
-    ends: [[bool; 2]; 3],
+    ends: Ends,
     report: SurfaceTensionReport,
 }
 
@@ -143,16 +169,16 @@ impl SurfaceTension {
     /// A surface tension of `coefficient` [N/m]; no jump before it is first found.
     #[must_use]
     pub fn new(domain: &Domain, boundary: &Boundary, coefficient: Real, of: Curvature) -> Self {
-        let ends = [0, 1, 2].map(|d| [0, 1].map(|side| domain.at_box_end(d, side) && !domain.periodic()[d]));
         Self {
             coefficient,
             of,
             heights: Heights::new(domain, boundary),
             continued: None,
+            pores: None,
             found: Curvatures::new(domain),
             jump: std::array::from_fn(|_| domain.field(0.0)),
             rows: Default::default(),
-            ends,
+            ends: Ends::of(domain),
             report: SurfaceTensionReport::default(),
         }
     }
@@ -162,6 +188,13 @@ impl SurfaceTension {
     #[must_use]
     pub fn with_angle_on_grains(self, domain: &Domain, boundary: &Boundary, angle: Real) -> Self {
         Self { continued: Some(Continued::new(domain, boundary, angle)), ..self }
+    }
+
+    /// Gives beds of grains narrower than [`WIDE`] cells, if they act by their surfaces, pores in which the pressure of the gas exceeds that of the
+    /// liquid by the entry `pressure` \[Pa], whatever the curvature.
+    #[must_use]
+    pub fn with_entry_pressure(self, domain: &Domain, pressure: Real) -> Self {
+        Self { pores: Some(Pores::new(domain, pressure)), ..self }
     }
 
     /// Surface tension [N/m].
@@ -217,10 +250,12 @@ impl SurfaceTension {
     }
 
     /// Reciprocal of the longest stable step [1/s]: the shortest capillary wave on the grid, of two cells, must not cross a cell in a step
-    /// (Brackbill et al. 1992; `dt < sqrt((rho_l + rho_g) dx^3 / (4 pi sigma))`).
+    /// (Brackbill et al. 1992; `dt < sqrt((rho_l + rho_g) dx^3 / (4 pi sigma))`), nor one that an entry pressure drives ([`entry_rate`]).
     #[must_use]
     pub fn rate(&self, domain: &Domain, fluids: &Fluids) -> Real {
-        capillary_rate(self.coefficient, fluids, domain.grid().spacing, domain.grid().cells)
+        let (spacing, cells) = (domain.grid().spacing, domain.grid().cells);
+        let of_pores = self.pores.as_ref().map_or(0.0, |pores| entry_rate(pores.pressure(), fluids, spacing, cells));
+        capillary_rate(self.coefficient, fluids, spacing, cells).max(of_pores)
     }
 
     /// Finds curvature and jump of the liquid in `flow`, ghosts of the liquid fraction filled; within what grains cover whole there is no
@@ -234,23 +269,29 @@ impl SurfaceTension {
         let [_, n2, n3] = domain.cells();
         match self.of {
             Curvature::Given(kappa) => self.found.kappa.fill(kappa),
+            // An entry pressure alone needs none.
+            Curvature::Found if self.coefficient == 0.0 => {}
             Curvature::Found => {
                 self.heights.find(domain, liquid);
                 let around = Surroundings::new(domain, c, &self.heights);
                 self.found.find(domain, &around, self.continued.as_ref().map(Continued::covers));
             }
         }
-        let kappa = &self.found.kappa;
+        if let Some(pores) = &mut self.pores {
+            pores.find(domain, c, &self.ends);
+        }
+        let (kappa, pores) = (&self.found.kappa, self.pores.as_ref());
         let [with, beside] = &mut self.rows;
         with.mark([n2, n3], |j, k| {
             let start = kappa.at(-1, j, k);
             kappa.data()[start..start + domain.cells()[0] + 2].iter().any(|&kappa| kappa.abs() < NONE)
+                || pores.is_some_and(|pores| pores.hold_row(j, k))
         });
         beside.and_beside(domain, with);
         let (kappa, weight) = (kappa.data(), self.found.weight.data());
         for (d, jump) in self.jump.iter_mut().enumerate() {
-            let (behind, last) = (strides[d] as usize, domain.cells()[d] as isize);
-            let ends = self.ends[d];
+            let behind = strides[d] as usize;
+            let of_pores = pores.map(|pores| (pores, pores.jump()[d].data()));
             domain.for_each_row(&domain.faces(d), jump.data_mut(), |row, jump| {
                 if !beside.holds(row.j, row.k) {
                     return jump.fill(0.0);
@@ -258,15 +299,17 @@ impl SurfaceTension {
                 for (i, (jump, at)) in jump.iter_mut().zip(row.shifted(0)).enumerate() {
                     let index = [row.first + i as isize, row.j, row.k][d];
                     let difference = c[at] - c[at - behind];
-                    let is_end = (ends[0] && index == 0) || (ends[1] && index == last);
+                    let is_end = self.ends.hold(d, index);
                     let is_inside = solid.is_some_and(|alpha| alpha[at - behind].min(alpha[at]) >= COVERED);
-                    *jump = if difference == 0.0 || is_end || is_inside {
+                    let curved = if difference == 0.0 || is_end || is_inside {
                         0.0
                     } else {
                         self.coefficient
                             * difference
                             * on_face([kappa[at - behind], kappa[at]], [weight[at - behind], weight[at]])
                     };
+                    *jump =
+                        of_pores.map_or(curved, |(pores, entry)| (1.0 - pores.share(at, behind)) * curved + entry[at]);
                 }
             });
         }
@@ -278,6 +321,14 @@ impl SurfaceTension {
     pub(crate) fn place_grains(&mut self, domain: &Domain, sum: impl FnOnce([&mut Field<Real>; 3])) {
         if let Some(continued) = &mut self.continued {
             continued.place(domain, sum);
+        }
+    }
+
+    /// Takes note of the grains between which an entry pressure acts, if there is one: `sum` adds their solid fraction to the first of three
+    /// fields of zeros. Collective.
+    pub(crate) fn place_narrow_grains(&mut self, domain: &Domain, sum: impl FnOnce([&mut Field<Real>; 3])) {
+        if let Some(pores) = &mut self.pores {
+            pores.place(domain, sum);
         }
     }
 
@@ -297,8 +348,10 @@ impl SurfaceTension {
         let (strides, half) = (domain.strides(), 0.5 * dt / domain.grid().spacing);
         let of = |d: usize, at: usize| {
             let jump = self.jump[d].data();
+            let of_pores = self.pores.as_ref().map(|pores| pores.jump()[d].data());
+            let curved = |at: usize| jump[at] - of_pores.map_or(0.0, |entry| entry[at]);
             let covered = if continued.holds_grain(at) { 1.0 - open[at] } else { 0.0 };
-            covered * half[d] * (jump[at] + jump[at + strides[d] as usize])
+            covered * half[d] * (curved(at) + curved(at + strides[d] as usize))
         };
         let [g1, g2, g3] = given.map(Field::data_mut);
         domain.for_each_row(&domain.interior(), (g1, g2, g3), |row, (g1, g2, g3)| {
@@ -317,6 +370,17 @@ impl SurfaceTension {
         });
         let all = pulled - Vector::from_array(taken) * domain.grid().cell_volume();
         Vector::from_array(domain.sum(all.to_array()))
+    }
+
+    /// Takes from what is `given` to the grains, per volume [N s/m^3], what an entry pressure gives the fluid over `dt` \[s]: the menisci
+    /// hang on them. Returns the impulse over all ranks [N s], if there is one. Collective.
+    pub(crate) fn pull_narrow_grains(
+        &mut self,
+        domain: &Domain,
+        dt: Real,
+        given: [&mut Field<Real>; 3],
+    ) -> Option<Vector> {
+        self.pores.as_mut().map(|pores| pores.pull_grains(domain, dt, given))
     }
 
     /// Counts what the curvature was found from.
@@ -426,6 +490,9 @@ impl SurfaceTension {
     /// walls that is wet (Young; the mean of the two cosines where there are two); ghosts of the liquid fraction filled.
     #[must_use]
     pub fn energy(&self, domain: &Domain, flow: &Flow) -> Real {
+        if self.coefficient == 0.0 {
+            return 0.0;
+        }
         let (c, strides) = (flow.volume_fraction.data(), domain.strides());
         let around = Surroundings::new(domain, c, &self.heights);
         let area = domain.sum_rows(&domain.interior(), |row| {

@@ -206,6 +206,11 @@ pub struct FluidOptions {
     /// Surface tension of liquid and gas on the grid (`solver = "mics"`).
     #[key(unit = "N/m", range = NonNegative, says = "none")]
     pub surface_tension: Option<Real>,
+    /// By how much the pressure of the gas exceeds that of the liquid where they meet in the pores of a bed of grains narrower than four cells:
+    /// positive draws the liquid in (grains that it wets, some `6 sigma cos(theta) (1 - eps)/(eps d)`), negative holds it out. There it takes
+    /// the place of the curvature of the interface; `surface_tension` need not be given (`solver = "mics"`, `exchange = "surface"`).
+    #[key(unit = "Pa", says = "none: the interface goes through narrow grains as it comes")]
+    pub entry_pressure: Option<Real>,
     /// Angles at which the interface meets walls and grains, with surface tension.
     #[key(table)]
     pub contact_angle: Option<ContactAngles>,

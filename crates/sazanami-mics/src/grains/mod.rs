@@ -192,11 +192,32 @@ impl ResolvedGrains {
         if !self.has_surfaces() {
             return;
         }
-        let (grains, least) = (self.engine.grains(), cells * domain.grid().spacing.max_element() / ROUND_UP);
+        let least = self.least_width(domain, cells);
         self.imprint.sum_shares(domain, into, |n, share| {
-            let is_wide = self.widths[grains.shape[n] as usize] * grains.scale[n] >= least;
-            if is_wide { Vector::new(share.fraction, share.wetted.into(), 0.0) } else { Vector::ZERO }
+            if self.width(n) >= least { Vector::new(share.fraction, share.wetted.into(), 0.0) } else { Vector::ZERO }
         });
+    }
+
+    /// Sums the solid fraction of the grains narrower than `cells` cells into the first of three fields of zeros, if they act by their surfaces.
+    pub(crate) fn sum_narrow(&self, domain: &Domain, cells: Real, into: [&mut Field<Real>; 3]) {
+        if !self.has_surfaces() {
+            return;
+        }
+        let least = self.least_width(domain, cells);
+        self.imprint.sum_shares(domain, into, |n, share| {
+            if self.width(n) < least { Vector::X * share.fraction } else { Vector::ZERO }
+        });
+    }
+
+    /// Least extent of a grain or ghost \[m].
+    fn width(&self, n: usize) -> Real {
+        let grains = self.engine.grains();
+        self.widths[grains.shape[n] as usize] * grains.scale[n]
+    }
+
+    /// Width from which on a grain has this many cells \[m].
+    fn least_width(&self, domain: &Domain, cells: Real) -> Real {
+        cells * domain.grid().spacing.max_element() / ROUND_UP
     }
 
     /// Force of the fluid on each owned grain in the last step \[N].

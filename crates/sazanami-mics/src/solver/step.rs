@@ -179,6 +179,7 @@ impl<'a> FluidPass<'a> {
         }
         if let Some(tension) = &mut self.projection.tension {
             tension.place_grains(domain, |into| self.grains.sum_wide(domain, WIDE, into));
+            tension.place_narrow_grains(domain, |into| self.grains.sum_narrow(domain, WIDE, into));
             let solid = self.grains.filled_fraction(domain);
             self.projection.find_jumps(domain, self.flow, solid);
         }
@@ -203,10 +204,13 @@ impl<'a> FluidPass<'a> {
         }
         if let Some(room) = room {
             room.hand_over(domain, grains.covered(), flow, gravity * dt);
-            if let (Some(tension), Some(surface)) = (&projection.tension, grains.surface_mut()) {
+            if let (Some(tension), Some(surface)) = (&mut projection.tension, grains.surface_mut()) {
                 let (open, given) = room.open_and_given();
                 let into = [surface.taken_mut(), given];
                 report.impulses.surface_tension += tension.pull_grains(domain, open, dt, into);
+                if let Some(pulled) = tension.pull_narrow_grains(domain, dt, room.open_and_given().1) {
+                    report.impulses.surface_tension += pulled;
+                }
             }
         }
         let gradient = projection.gradient(&flow.density);

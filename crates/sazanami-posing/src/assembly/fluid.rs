@@ -108,9 +108,15 @@ pub fn solver(
     Ok(solver)
 }
 
-/// Surface tension of the case, if it has any.
+/// Surface tension of the case, or the entry pressure of its beds, if it has any.
 pub fn surface_tension(case: &Case, domain: &Domain, boundary: &Boundary) -> Option<SurfaceTension> {
-    let coefficient = surface_tension_coefficient(case)?;
+    let of_pores = |tension: SurfaceTension| match entry_pressure(case) {
+        Some(pressure) => tension.with_entry_pressure(domain, pressure),
+        None => tension,
+    };
+    let Some(coefficient) = surface_tension_coefficient(case) else {
+        return entry_pressure(case).map(|_| of_pores(SurfaceTension::new(domain, boundary, 0.0, Curvature::Found)));
+    };
     let tension = SurfaceTension::new(domain, boundary, coefficient, Curvature::Found);
     let narrow = (1.0 - 1e-9) * WIDE * domain.grid().spacing.max_element();
     // The size of a shape from a file is not known yet.
@@ -118,7 +124,12 @@ pub fn surface_tension(case: &Case, domain: &Domain, boundary: &Boundary) -> Opt
         |grains: &Population| grains.shape.size().is_none_or(|size| size * grains.sizes().largest() > narrow);
     let have_angle = case.coupling.exchange == Exchange::Surface && case.grains.iter().any(may_be_wide);
     let angle = case.fluid.contact_angle.and_then(|angles| angles.grains).unwrap_or(FRAC_PI_2);
-    Some(if have_angle { tension.with_angle_on_grains(domain, boundary, angle) } else { tension })
+    Some(of_pores(if have_angle { tension.with_angle_on_grains(domain, boundary, angle) } else { tension }))
+}
+
+/// Entry pressure of beds of narrow grains \[Pa], if there is one.
+pub fn entry_pressure(case: &Case) -> Option<Real> {
+    case.fluid.entry_pressure.filter(|_| case.solver == Solver::Mics)
 }
 
 /// Surface tension [N/m], if there is any.

@@ -58,7 +58,8 @@ pub(super) fn predict(
         }
         return parts;
     }
-    let cell = model.fluid + if case.fluid.surface_tension.is_some() { model.tension } else { 0.0 };
+    let has_jumps = case.fluid.surface_tension.is_some() || case.fluid.entry_pressure.is_some();
+    let cell = model.fluid + if has_jumps { model.tension } else { 0.0 };
     let beside = size.grains as Real * model.fluid_grain + size.filled_cells * model.fluid_filled;
     let pass = model.pass + (size.cells as Real * cell + beside) / speed;
     parts.push(("fluid", work.steps * work.passes as Real * pass));

@@ -6,7 +6,7 @@ use sazanami_dem::impact::ImpactErrors;
 use sazanami_mics::stability::{
     BODY_FORCE as FALL, GRAIN_FRICTION, Limit as GridLimit, Rates as GridRates, body_force_rate, travel,
 };
-use sazanami_mics::surface_tension::capillary_rate;
+use sazanami_mics::surface_tension::{capillary_rate, entry_rate};
 use sazanami_mics::viscosity::{explicit_rate, explicit_rate_of_liquid};
 use sazanami_mps::grains::{DragIntegration, volume};
 use sazanami_mps::stability::{BODY_FORCE, DRAG, Limit as ParticleLimit, Rates as ParticleRates, VISCOUS};
@@ -432,6 +432,11 @@ fn of_grid(
         Substeps::Auto => None,
     };
     let travel = travel(widest(case, populations) / spacing.min_element()).min(bounds.courant);
+    let (fluids, cells) = (fluid::fluids(case), case.domain.grid().cells);
+    let capillary = [
+        fluid::surface_tension_coefficient(case).map_or(0.0, |sigma| capillary_rate(sigma, &fluids, spacing, cells)),
+        fluid::entry_pressure(case).map_or(0.0, |pressure| entry_rate(pressure, &fluids, spacing, cells)),
+    ];
     let rates = match carrying_flow(case) {
         // The solver has the same on its faces, and nothing else limits it.
         Some(carrying) => GridRates {
@@ -441,8 +446,7 @@ fn of_grid(
         None => GridRates {
             advective: (flow / spacing).element_sum(),
             viscous: if explicit { explicit_rate(&fluid::fluids(case), spacing) } else { 0.0 },
-            capillary: fluid::surface_tension_coefficient(case)
-                .map_or(0.0, |sigma| capillary_rate(sigma, &fluid::fluids(case), spacing, case.domain.grid().cells)),
+            capillary: capillary[0].max(capillary[1]),
             body_force: body_force_rate(
                 Vector::Z
                     * strongest_force(case)
@@ -462,6 +466,9 @@ fn of_grid(
             format!("{} / sum of speed over cell edge, speeds {} m/s{part}", bounds.courant, speed(flow))
         }
         GridLimit::Viscous => "1 / (2 nu sum of 1/dx^2)".to_owned(),
+        GridLimit::Capillary if capillary[1] > capillary[0] => {
+            "sqrt(pi (rho_l + rho_g) dx^2 / (4 entry pressure))".to_owned()
+        }
         GridLimit::Capillary => "sqrt((rho_l + rho_g) dx^3 / (4 pi sigma))".to_owned(),
         GridLimit::BodyForce => format!("{FALL} sqrt(cell edge / body force)"),
         GridLimit::GrainMotion => format!("{} of a cell at {} m/s", super::number(travel, 2), speed(grains)),

@@ -139,10 +139,13 @@ fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
                 None => {
                     let wets = case.fluid.surface_tension.is_some_and(|sigma| sigma > 0.0)
                         && case.coupling.exchange == Exchange::Surface;
-                    let narrow = if wets && cells < WIDE * (1.0 - 1e-9) {
-                        "; below four cells the interface meets it at no angle"
-                    } else {
-                        ""
+                    let is_narrow = cells < WIDE * (1.0 - 1e-9);
+                    let narrow = match case.fluid.entry_pressure {
+                        Some(pressure) if is_narrow => {
+                            format!("; below four cells beds of it have an entry pressure of {} Pa", rounded(pressure))
+                        }
+                        None if is_narrow && wets => "; below four cells the interface meets it at no angle".to_owned(),
+                        _ => String::new(),
                     };
                     writeln!(text, "  resolution  {cells:.2} cells on the grain size {}{narrow}", length(size))
                 }

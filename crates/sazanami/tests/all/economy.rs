@@ -10,6 +10,7 @@ use sazanami_mics::grains::Coupling;
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::solver::{GridSettings, Solver};
 use sazanami_mics::stability::StepLimits;
+use sazanami_mics::surface_tension::{Curvature, SurfaceTension};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::{ContactSphereRule, Shape, SpheroidMesh, VolumeRule};
 use sazanami_numerics::grid::Grid;
@@ -19,7 +20,7 @@ use sazanami_test_support::{allocations_of_thread, bytes_of_thread, trace_alloca
 
 const WIDTH: Real = 4e-3;
 
-/// Grains on a floor, pressed together by a strong slanted gravity, in shallow water that a drop falls into.
+/// Grains on a floor, pressed together by a strong slanted gravity, in shallow water that a drop falls into; with an entry pressure.
 fn solver() -> Solver {
     let domain = Domain::solo(Grid::new([16, 16, 12], Vector::ZERO, Vector::new(WIDTH, WIDTH, 3e-3)), [false; 3]);
     let boundary = Boundary::closed();
@@ -70,7 +71,11 @@ fn solver() -> Solver {
         tolerance: Tolerance { divergence: 1e-8, max_iterations: 300 },
         incremental: false,
     };
-    Solver::new(domain, boundary, settings, flow, engine, Arc::from([shape]), coupling).expect("the case is sound")
+    // Of nothing: the grains move as without it.
+    let tension = SurfaceTension::new(&domain, &boundary, 0.0, Curvature::Found).with_entry_pressure(&domain, 0.0);
+    Solver::new(domain, boundary, settings, flow, engine, Arc::from([shape]), coupling)
+        .expect("the case is sound")
+        .with_surface_tension(Some(tension))
 }
 
 #[test]

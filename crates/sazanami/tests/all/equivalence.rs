@@ -44,7 +44,7 @@ const MIXED: &str = include_str!("../cases/equivalence-mixed.toml");
 
 const WETTED: &str = include_str!("../cases/equivalence-wetted.toml");
 
-const CASES: [Small; 10] = [
+const CASES: [Small; 11] = [
     Small {
         name: "drop_on_bed",
         apart: false,
@@ -83,6 +83,18 @@ const CASES: [Small; 10] = [
         text: WETTED,
         overrides: &[],
         perturbed: "fluid.contact_angle.grains=60.01 deg",
+    },
+    Small {
+        name: "sucked",
+        apart: false,
+        text: DROP_ON_BED,
+        overrides: &[
+            "fluid.entry_pressure=600 Pa",
+            "fluid.surface_tension=50 mN/m",
+            "domain={ size = [\"3.6 mm\", \"3.2 mm\", \"5 mm\"], cells = [18, 16, 25] }",
+            "grains.0.count=70",
+        ],
+        perturbed: "fluid.entry_pressure=600.1 Pa",
     },
     // The literal scheme: velocity form, stress alone, old pressure in the predictor, fixed steps with passes.
     Small {
@@ -270,5 +282,6 @@ equivalent! {
     a_rock_hit_obliquely: "oblique",
     mixed_shapes_and_sizes: "mixed",
     a_drop_on_a_ball_at_an_angle: "wetted",
+    a_drop_that_a_bed_sucks_in: "sucked",
     the_literal_scheme: "literal",
 }

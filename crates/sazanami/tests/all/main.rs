@@ -9,6 +9,7 @@ mod creeping;
 mod driven;
 mod dry;
 mod economy;
+mod entry_pressure;
 mod equivalence;
 mod examples;
 mod failures;
