@@ -32,11 +32,30 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
             .error_at(whole.clone(), "liquid bridges between grains in moving particles of water")
             .label("the particles do not say which grains are moist")
             .help("choose `solver = \"mics\"`, or leave out `dem.bridges` or the water");
-    } else if !case.has_liquid() && !bridges.damp {
+    } else if !case.has_liquid() && bridges.damp == Some(false) {
         cx.report
             .error_at(near(".damp"), "liquid bridges between grains that are dry and stay so")
             .label("there is no liquid in this case that could wet them")
             .help("leave out `damp`, or add `[[liquid]]`");
+    } else if case.has_liquid() && bridges.damp.is_none() {
+        cx.report
+            .error_at(
+                whole.clone(),
+                "liquid bridges in a case with a body of liquid, and nothing says whether the grains are damp",
+            )
+            .label("those that the liquid has been about have bridges in any case")
+            .help("add `damp = false` for a bed that is dry at first, `damp = true` for a moist one");
+    }
+    let other = case.fluid.surface_tension.filter(|&other| case.has_liquid() && other > 0.0);
+    if let Some(other) = other.filter(|other| (other / bridges.surface_tension - 1.0).abs() > 1e-6) {
+        cx.report
+            .warning(near(".surface_tension"), "bridges of another liquid than that of the case")
+            .label(format!(
+                "{} N/m, `fluid.surface_tension` is {} N/m",
+                rounded(bridges.surface_tension),
+                rounded(other)
+            ))
+            .help("give both the same");
     }
     if case.grains.is_empty() {
         cx.report

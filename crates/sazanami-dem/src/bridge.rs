@@ -31,6 +31,9 @@ const LARGEST_ANGLE: Real = 50.0 * PI / 180.0;
 /// Gap over that of [`Bridge::stretch`] 1 below which the force is that of none.
 const CLOSED: Real = 1e-6;
 
+/// Moisture below which a grain is dry: what little spray leaves holds nothing.
+const DRY: Real = 0.01;
+
 /// Places and weights of Gauss and Legendre's rule of five points on -1 to 1.
 const GAUSS: [(Real, Real); 5] = [
     (-0.906_179_845_938_664, 0.236_926_885_056_189),
@@ -80,7 +83,7 @@ impl Bridge {
     }
 
     /// Part of their bridges that grains have liquid for, `wetted` being the largest part of the pores about them that has been liquid: pores
-    /// hold about as much as grains.
+    /// of beds hold two thirds of the volume of the grains or more, here all of it.
     #[must_use]
     pub fn supplied(&self, wetted: Real) -> Real {
         if self.damp { 1.0 } else { (wetted / self.content).min(1.0) }
@@ -141,6 +144,13 @@ impl Bridge {
         let log = stretch.ln();
         (f1 - f2 * (log * (f3 + f4 * log)).exp()).exp()
     }
+}
+
+/// Part of the pull of its bridge that what is about a pair leaves, from the moisture of its grains.
+#[inline]
+pub(crate) fn moisture_of_pair([a, b]: [Real; 2]) -> Real {
+    let least = a.min(b);
+    if least < DRY { 0.0 } else { least }
 }
 
 /// Radius of the equal balls that stand for two of these radii.

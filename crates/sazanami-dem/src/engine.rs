@@ -13,6 +13,7 @@ mod substep;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::particles::ParticleColumns;
 use sazanami_numerics::{Matrix, Real, Vector};
+use sazanami_parallel::for_each_chunk;
 
 use crate::body::Body;
 use crate::contact::block::Block;
@@ -226,10 +227,20 @@ impl Engine {
         &mut self.grains.wetness
     }
 
-    /// The moisture of the grains and ghosts ([`Grains::moisture`]), with the numbers kept with them ([`Self::attached_mut`]); those of
-    /// ghosts are the caller's to set too.
-    pub fn moisture_mut(&mut self) -> (&mut [Real], &mut [[Real; crate::ATTACHED]]) {
-        (&mut self.grains.moisture, &mut self.grains.attached)
+    /// Sets the moisture of each grain and ghost ([`Grains::moisture`]) to `moisture` of its number and of the values kept with it
+    /// ([`Self::attached_mut`]), which it may change too. What bridges have more or less by it no contact has given.
+    pub fn set_moisture(&mut self, moisture: impl Fn(usize, &mut [Real; crate::ATTACHED]) -> Real + Sync) {
+        let before = self.energy_of_bridges();
+        let columns = (&mut self.grains.moisture[..], &mut self.grains.attached[..]);
+        for_each_chunk(columns, ROWS, |number, (moist, attached)| {
+            for (n, (moist, attached)) in moist.iter_mut().zip(attached).enumerate() {
+                *moist = moisture(number * ROWS + n, attached);
+            }
+        });
+        let after = self.energy_of_bridges();
+        if let Some(window) = &mut self.book.window {
+            window.moistened += after - before;
+        }
     }
 
     /// Surroundings nearer than `margin` \[m] to this rank's part; where a side of the box is not periodic, all that is beyond it.

@@ -39,8 +39,8 @@ pub struct ContactAngles {
     /// At the top.
     #[key(unit = "rad")]
     pub x3_upper: Option<Real>,
-    /// At grains that are four cells wide or more; `all` does not mean them. Through narrower ones the interface goes as it comes, or with
-    /// `fluid.entry_pressure`. Only with `coupling.exchange = "surface"`.
+    /// At grains that are four cells wide or more; `all` does not mean them. Through narrower ones the interface goes as it comes, or by
+    /// `fluid.entry_pressure` where that is given. Only with `coupling.exchange = "surface"`.
     #[key(unit = "rad")]
     pub grains: Option<Real>,
 }

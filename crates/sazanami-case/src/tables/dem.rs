@@ -40,9 +40,10 @@ pub struct Bridges {
     /// Contact angle of the liquid on the grains, up to 50 degrees.
     #[key(unit = "rad", range = NonNegative, default = 0.0)]
     pub contact_angle: Real,
-    /// Whether grains are damp when the run begins; if not, those are that the liquid of the case has been about. They stay so.
-    #[key(default = true)]
-    pub damp: bool,
+    /// Whether grains are damp when the run begins; if not, those are that the liquid of the case has been about. They stay so. A case with a
+    /// body of liquid has to say it.
+    #[key(says = "`true`")]
+    pub damp: Option<bool>,
 }
 
 /// Softer springs from a time on, with the restitution and the friction that contacts have: where grains move slowly, sub-steps longer by
@@ -92,7 +93,8 @@ pub struct DemOptions {
     /// Largest gap of the film over the radius of the smaller sphere; on a grid up to half a cell, from which on the cells have it.
     #[key(range = Between(1e-3, 1.0), default = FILM_REACH, omit_if = self.film_roughness == FilmRoughness::None)]
     pub film_reach: Real,
-    /// Liquid bridges between moist grains; with moving particles in a case without water only. Packed beds get them when the run begins.
+    /// Liquid bridges between moist grains; with `solver = "mps"` only in a case without water. Packed beds get them when the run begins,
+    /// where they are damp.
     #[key(table)]
     pub bridges: Option<Bridges>,
     /// Softer springs from a time on. Not for packing, which has its own.

@@ -181,10 +181,12 @@ fn fill(
             let p = block.pairs.len() as u32;
             let first = block.contacts.len() as u32;
             let known = mine.clone().filter(|r| r.high == grains.id[high as usize] && r.image == image);
-            let apart = known.clone().any(|r| r.is(ContactRecord::APART));
+            // Without a film nothing but a bridge acts apart; older checkpoints have such bridges as contacts.
+            let film = interactions.film().is_some();
+            let apart = film && known.clone().any(|r| r.is(ContactRecord::APART));
             let bridged = known.clone().find(|r| r.is(ContactRecord::BRIDGED));
             block.bridges.extend(bridged.map(|r| Held { pair: p, spheres: (r.a, r.b) }));
-            let contacts = known.filter(|r| !r.is(ContactRecord::NO_CONTACT));
+            let contacts = known.filter(|r| !r.is(ContactRecord::NO_CONTACT) && (film || !r.is(ContactRecord::APART)));
             block.contacts.extend(contacts.map(|r| Contact {
                 pair: p,
                 a: r.a,

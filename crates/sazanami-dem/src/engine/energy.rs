@@ -56,6 +56,8 @@ pub(super) struct Window {
     substeps: usize,
     /// Elastic energy at its start that springs can give back \[J].
     stored: Real,
+    /// What that of this rank has grown by since, since its grains became drier or moister \[J].
+    pub moistened: Real,
     /// Energy that contacts have given \[J].
     given: Real,
     /// Energy that they have taken or given \[J].
@@ -161,7 +163,14 @@ impl Engine {
     /// A window that begins now.
     fn window(&self, domain: &Domain) -> Window {
         let [stored] = domain.sum([self.elastic_energies()[1]]);
-        Window { substeps: 0, stored, given: 0.0, exchanged: 0.0, most: (Real::NEG_INFINITY, 0, self.time) }
+        Window {
+            substeps: 0,
+            stored,
+            moistened: 0.0,
+            given: 0.0,
+            exchanged: 0.0,
+            most: (Real::NEG_INFINITY, 0, self.time),
+        }
     }
 
     /// Judges a window that has ended under `gravity` [m/s^2], and begins the next.
@@ -173,11 +182,12 @@ impl Engine {
             let free = Real::from(u8::from(grains.motion[g] == Motion::Free));
             [grains.kinetic_energy(g), free * grains.mass[g] * self.bounding_radius(g), free]
         };
-        let [kinetic, levers, count] = domain.sum(sum_over(grains.owned, of_grain));
+        let [kinetic, levers, count] = sum_over(grains.owned, of_grain);
+        let [kinetic, levers, count, moistened] = domain.sum([kinetic, levers, count, ended.moistened]);
         let unseen = UNSEEN * gravity * levers / count.max(1.0);
-        let more_stored = next.stored - ended.stored;
+        let more_stored = next.stored - ended.stored - moistened;
         let (gained, exchanged) = (ended.given + more_stored, ended.exchanged + more_stored.abs());
-        if gained <= MOST_GIVEN * exchanged || gained <= (LEAST * (kinetic + next.stored)).max(unseen) {
+        if gained <= MOST_GIVEN * exchanged || gained <= (LEAST * (kinetic + next.stored.max(0.0))).max(unseen) {
             return Ok(());
         }
         // The rank with the grain that was given most names it.

@@ -5,6 +5,7 @@ use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{max_over, sum_over};
 
 use super::Engine;
+use crate::bridge::moisture_of_pair;
 use crate::contact::block::{Block, Held};
 use crate::contact::counters::Counters;
 use crate::error::DemError;
@@ -151,22 +152,32 @@ impl Engine {
             let stretch = self.stretch(pair.law, contact.d_t, [n, v_r], overlap);
             add(pair.law, overlap, stretch);
         }
-        let bridges = self.energy_of_bridges(block);
+        let bridges = self.energy_of_bridges_of(block);
         energies.map(|energy| energy + bridges)
     }
 
-    /// Energy of the liquid bridges of a block that are counted here, over that of no gap \[J].
-    fn energy_of_bridges(&self, block: &Block) -> Real {
+    /// Energy of the liquid bridges of this rank that are counted here, over that of no gap \[J].
+    pub(super) fn energy_of_bridges(&self) -> Real {
+        let [energy] = sum_over(self.blocks.len(), |number| [self.energy_of_bridges_of(&self.blocks[number])]);
+        energy
+    }
+
+    fn energy_of_bridges_of(&self, block: &Block) -> Real {
         let Some(bridge) = self.interactions.bridge() else { return 0.0 };
         let of = |held: &Held| {
-            let pair = &block.pairs[held.pair as usize];
+            let p = held.pair as usize;
+            let pair = &block.pairs[p];
             let ends = [pair.low as usize, pair.high as usize];
             let [low, high] = ends;
             let between = self.poses[high].unwrapped - self.poses[low].unwrapped + pair.shift(self.period);
-            let ((a, ra), (b, rb)) = (self.sphere(low, held.spheres.0), self.sphere(high, held.spheres.1));
-            let gap = (between + b - a).length() - (ra + rb);
+            let gap = |(a, b): (u16, u16)| {
+                let ((a, ra), (b, rb)) = (self.sphere(low, a), self.sphere(high, b));
+                (between + b - a).length() - (ra + rb)
+            };
+            let contacts = if pair.meets() { block.contacts_of(p) } else { &[] };
+            let gap = contacts.iter().map(|contact| gap((contact.a, contact.b))).fold(gap(held.spheres), Real::min);
             let radii = ends.map(|g| self.bodies[self.grains.shape[g] as usize].volume_radius * self.grains.scale[g]);
-            self.grains.moisture[low].min(self.grains.moisture[high]) * bridge.energy(gap, radii)
+            moisture_of_pair(ends.map(|g| self.grains.moisture[g])) * bridge.energy(gap, radii)
         };
         let mine = |held: &&Held| (block.pairs[held.pair as usize].low as usize) < self.grains.owned;
         block.bridges.iter().filter(mine).map(of).sum()

@@ -239,7 +239,7 @@ fn a_grain_without_moisture_has_no_bridge() {
     let pull = |moisture: Real| {
         let mut engine =
             pair(Grain { motion: Motion::Fixed, ..ball(1) }, Grain { mass: Some(1e6), ..ball(0) }, 1e-9, Some(water()));
-        engine.moisture_mut().0[1] = moisture;
+        engine.set_moisture(|n, _| if n == 1 { moisture } else { 1.0 });
         let report = engine
             .advance(&domain(), &Loads::none(), Vector::ZERO, 1e-9, Substeps::Fixed(1))
             .expect("the case is sound");
@@ -259,4 +259,30 @@ fn ranks_threads_and_interruptions_leave_the_bits_of_spheroids_alone() {
     let marks = half.u32("dem/contact.deep").expect("the snapshot is whole");
     let held_apart = marks.iter().filter(|&marks| marks & 8 == 8).count();
     assert!(held_apart > 5, "{held_apart}");
+}
+
+#[test]
+fn what_grains_gain_as_they_dry_no_contact_has_given() {
+    // A light spring, so that what a bridge holds is much beside all else.
+    let law = LinearSpringDashpot {
+        normal_stiffness: 50.0,
+        tangential_stiffness: 50.0,
+        ..setup(None, vec![]).interactions.law(0, 0).to_owned()
+    };
+    let made = Setup { interactions: Interactions::uniform(1, law).with_bridge(Some(water())), ..setup(None, vec![]) };
+    let at = |z: Real| Vector::new(0.0, 0.0, z);
+    let lower = Grain { motion: Motion::Fixed, position: at(-1.99 * RADIUS), ..ball(1) };
+    let mut engine = Engine::new(&domain(), made, &[ball(0), lower]).expect("the case is sound");
+    let advance = |engine: &mut Engine| {
+        engine.advance(&domain(), &Loads::none(), at(-9.81), 1e-3, Substeps::Auto).expect("nothing is gained").contacts
+    };
+    (0..500).for_each(|_| assert_eq!(advance(&mut engine), 1));
+    let wet = engine.elastic_energy();
+    for n in 0..200 {
+        engine.set_moisture(|_, _| 1.0 - Real::from(n + 1) / 200.0);
+        advance(&mut engine);
+    }
+    // Control: as much as the sub-steps of a window must not give.
+    let lift = 4.0 / 3.0 * PI * RADIUS.powi(3) * 2500.0 * 9.81 * RADIUS;
+    assert!(engine.elastic_energy() - wet > 1e-3 * lift, "{} {wet} {lift}", engine.elastic_energy());
 }

@@ -440,14 +440,12 @@ impl ResolvedGrains {
     /// Remembers how wet each grain has been and tells the engine how moist it is, from the sums of [`Self::wet`].
     fn moisten(&mut self, bridge: &Bridge) {
         let sums = &self.partial;
-        for_each_chunk(self.engine.moisture_mut(), BATCH, |number, (moisture, attached)| {
-            for (n, (moisture, attached)) in moisture.iter_mut().zip(attached).enumerate() {
-                let [open, _, wet, ..] = sums[number * BATCH + n];
-                let wet = if open > 0.0 { wet / open } else { 0.0 };
-                let state: &mut CouplingState = bytemuck::cast_mut(attached);
-                state.wetted = state.wetted.max(wet);
-                *moisture = bridge.supplied(state.wetted) * (1.0 - wet);
-            }
+        self.engine.set_moisture(|n, attached| {
+            let [open, _, wet, ..] = sums[n];
+            let wet = if open > 0.0 { wet / open } else { 0.0 };
+            let state: &mut CouplingState = bytemuck::cast_mut(attached);
+            state.wetted = state.wetted.max(wet);
+            bridge.supplied(state.wetted) * (1.0 - wet)
         });
     }
 

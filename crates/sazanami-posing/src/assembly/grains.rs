@@ -46,7 +46,7 @@ pub(crate) fn wet_interactions(case: &Case) -> Interactions {
 fn bridge(case: &Case) -> Option<Bridge> {
     let bridges = case.dem.bridges?;
     Bridge::new(bridges.surface_tension, bridges.contact_angle, bridges.liquid_content)
-        .map(|bridge| bridge.of_damp_grains(bridges.damp))
+        .map(|bridge| bridge.of_damp_grains(bridges.damp != Some(false)))
 }
 
 /// Contact laws of all pairs of materials, walls included.

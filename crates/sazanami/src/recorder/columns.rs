@@ -153,7 +153,8 @@ pub(crate) fn series_page<O: Observer>() -> String {
         [] => format!("{main}\n{driven}\n{bridges}"),
         crater => {
             let crater = page("With `[erosion]` also:", crater);
-            let interface = page("With `fluid.surface_tension` also:", O::SERIES_OF_INTERFACE);
+            let interface =
+                page("With `fluid.surface_tension` or `fluid.entry_pressure` also:", O::SERIES_OF_INTERFACE);
             format!("{main}\n{crater}\n{interface}\n{driven}\n{bridges}")
         }
     }

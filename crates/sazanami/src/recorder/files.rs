@@ -21,7 +21,7 @@ use crate::results::{
 };
 use crate::state::Array;
 use sazanami_numerics::choice::Choice;
-use sazanami_posing::assembly::fluid::surface_tension_coefficient;
+use sazanami_posing::assembly::fluid::{entry_pressure, surface_tension_coefficient};
 
 /// Time \[s] and step a resumed run goes on from.
 type Left = Option<(Real, u64)>;
@@ -72,7 +72,7 @@ impl Files {
         let crater = case.erosion.is_some() || resumed_at.is_some() && has_column(&series, "crater_depth");
         let parts = SeriesParts {
             crater,
-            surface_tension: surface_tension_coefficient(case).is_some(),
+            surface_tension: surface_tension_coefficient(case).is_some() || entry_pressure(case).is_some(),
             mean_flow: case.mean_flow().is_some(),
             moving_box: case.follows_liquid(),
             bridges: case.dem.bridges.is_some(),

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::support::{Left, On, Scratch, go_on, load, ran, refusal};
+use crate::support::{Left, On, Scratch, findings, go_on, load, ran, refusal};
 
 /// Damp spheres that fall on each other in air.
 const DAMP: &str = include_str!("../cases/bridges-damp.toml");
@@ -22,6 +22,11 @@ fn bridges_that_make_no_sense_are_refused_with_the_way_out() {
     assert!(under_water.contains("moving particles of water"), "{under_water}");
     let dry = refusal(DAMP, &["dem.bridges.damp=false"]);
     assert!(dry.contains("dry and stay so"), "{dry}");
+    let grid = wet.replace("solver = \"mps\"", "");
+    let unsaid = refusal(&grid, &[]);
+    assert!(unsaid.contains("whether the grains are damp") && unsaid.contains("damp = false"), "{unsaid}");
+    let two = ["dem.bridges.damp=false", "fluid.surface_tension=50 mN/m"];
+    assert!(findings(&grid, &two).iter().any(|told| told.contains("another liquid")));
     // Negative control: the case itself is sound.
     load(DAMP, &[]);
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use sazanami_dem::{Body, Damping, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
+use sazanami_dem::{Body, Bridge, Damping, Engine, Grain, Interactions, LinearSpringDashpot, Setup, Substeps, Wall};
 use sazanami_mics::ball::ball;
 use sazanami_mics::boundary::Boundary;
 use sazanami_mics::flow::{DropVelocity, Flow, Fluids, Schemes};
@@ -20,7 +20,8 @@ use sazanami_test_support::{allocations_of_thread, bytes_of_thread, trace_alloca
 
 const WIDTH: Real = 4e-3;
 
-/// Grains on a floor, pressed together by a strong slanted gravity, in shallow water that a drop falls into; with an entry pressure.
+/// Grains on a floor, pressed together by a strong slanted gravity, in shallow water that a drop falls into; with liquid bridges and an
+/// entry pressure.
 fn solver() -> Solver {
     let domain = Domain::solo(Grid::new([16, 16, 12], Vector::ZERO, Vector::new(WIDTH, WIDTH, 3e-3)), [false; 3]);
     let boundary = Boundary::closed();
@@ -48,7 +49,7 @@ fn solver() -> Solver {
     let upper = Vector::new(WIDTH, WIDTH, 3e-3);
     let setup = Setup {
         bodies: vec![Body::from(&shape)],
-        interactions: Interactions::uniform(1, law),
+        interactions: Interactions::uniform(1, law).with_bridge(Bridge::new(1e-3, 0.0, 0.01)),
         walls: Wall::of_box(Vector::ZERO, upper, 0, [[true; 2], [true; 2], [true, true]]),
         region: [Vector::ZERO, upper],
         ghost_margin: 0.5e-3,

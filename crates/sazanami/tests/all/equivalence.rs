@@ -44,7 +44,7 @@ const MIXED: &str = include_str!("../cases/equivalence-mixed.toml");
 
 const WETTED: &str = include_str!("../cases/equivalence-wetted.toml");
 
-const CASES: [Small; 11] = [
+const CASES: [Small; 12] = [
     Small {
         name: "drop_on_bed",
         apart: false,
@@ -76,6 +76,13 @@ const CASES: [Small; 11] = [
         text: MIXED,
         overrides: &[],
         perturbed: "grains.0.placement.lattice.jitter=1e-6",
+    },
+    Small {
+        name: "moist",
+        apart: false,
+        text: DROP_ON_BED,
+        overrides: &["dem.bridges={ surface_tension = \"72.8 mN/m\", damp = false }"],
+        perturbed: "dem.bridges.liquid_content=0.0101",
     },
     Small {
         name: "wetted",
@@ -282,6 +289,7 @@ equivalent! {
     a_rock_hit_obliquely: "oblique",
     mixed_shapes_and_sizes: "mixed",
     a_drop_on_a_ball_at_an_angle: "wetted",
+    a_drop_on_a_bed_that_it_makes_moist: "moist",
     a_drop_that_a_bed_sucks_in: "sucked",
     the_literal_scheme: "literal",
 }

@@ -3,15 +3,12 @@
 use sazanami_numerics::{Real, Vector};
 
 use super::Block;
-use crate::bridge::Bridge;
+use crate::bridge::{Bridge, moisture_of_pair};
 use crate::contact::context::ContactContext;
 use crate::contact::counters::Counters;
 use crate::contact::pair::Contact;
 use crate::contact::search::TOUCH;
 use crate::wrench::Wrench;
-
-/// Moisture below which a grain is dry: what little spray leaves holds nothing.
-const DRY: Real = 0.01;
 
 /// A liquid bridge.
 #[derive(Clone, Copy, Debug)]
@@ -129,9 +126,7 @@ impl Block {
 /// Part of the pull of its bridge that what is about a pair leaves.
 #[inline]
 fn moisture(context: &ContactContext<'_>, ends: [u32; 2]) -> Real {
-    let [low, high] = ends.map(|g| context.moisture[g as usize]);
-    let least = low.min(high);
-    if least < DRY { 0.0 } else { least }
+    moisture_of_pair(ends.map(|g| context.moisture[g as usize]))
 }
 
 /// How spheres of grains `ends` stand, the second in the image that is `shift` from it.
