@@ -230,16 +230,16 @@ impl Engine {
     /// Sets the moisture of each grain and ghost ([`Grains::moisture`]) to `moisture` of its number and of the values kept with it
     /// ([`Self::attached_mut`]), which it may change too. What bridges have more or less by it no contact has given.
     pub fn set_moisture(&mut self, moisture: impl Fn(usize, &mut [Real; crate::ATTACHED]) -> Real + Sync) {
-        let before = self.energy_of_bridges();
+        let before = self.book.window.map(|_| self.energy_of_bridges());
         let columns = (&mut self.grains.moisture[..], &mut self.grains.attached[..]);
         for_each_chunk(columns, ROWS, |number, (moist, attached)| {
             for (n, (moist, attached)) in moist.iter_mut().zip(attached).enumerate() {
                 *moist = moisture(number * ROWS + n, attached);
             }
         });
-        let after = self.energy_of_bridges();
-        if let Some(window) = &mut self.book.window {
-            window.moistened += after - before;
+        if let (Some(before), Some(mut window)) = (before, self.book.window) {
+            window.moistened += self.energy_of_bridges() - before;
+            self.book.window = Some(window);
         }
     }
 

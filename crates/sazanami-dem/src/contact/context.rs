@@ -34,7 +34,7 @@ pub(crate) struct ContactContext<'a> {
     pub arrays: &'a [SphereArrays],
     /// Centres and radii of the contact spheres of all bodies.
     pub spheres: &'a [[Real; 4]],
-    /// Gap up to which spheres may act on each other.
+    /// Gap up to which films act.
     pub reach: Reach,
     pub bridge: Option<&'a Bridge>,
     /// See [`crate::Grains::moisture`].

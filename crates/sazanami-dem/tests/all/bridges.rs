@@ -286,3 +286,34 @@ fn what_grains_gain_as_they_dry_no_contact_has_given() {
     let lift = 4.0 / 3.0 * PI * RADIUS.powi(3) * 2500.0 * 9.81 * RADIUS;
     assert!(engine.elastic_energy() - wet > 1e-3 * lift, "{} {wet} {lift}", engine.elastic_energy());
 }
+
+#[test]
+fn unlike_balls_that_touched_before_they_were_moist_are_held_as_far_as_the_larger_one_asks() {
+    let bridge = water();
+    let radii = [4.0 * RADIUS, RADIUS];
+    let large = Grain { mass: Some(1e6), scale: 4.0, ..ball(0) };
+    let small = Grain { motion: Motion::Prescribed, position: Vector::new(0.0, 0.0, -4.999 * RADIUS), ..ball(1) };
+    let mut engine = Engine::new(&domain(), setup(Some(bridge), vec![]), &[large, small]).expect("the case is sound");
+    let advance = |engine: &mut Engine, time: Real| {
+        engine.advance(&domain(), &Loads::none(), Vector::ZERO, time, Substeps::Fixed(1)).expect("the case is sound")
+    };
+    engine.set_moisture(|_, _| 0.0);
+    assert_eq!(advance(&mut engine, 1e-6).bridges, 0);
+    engine.set_moisture(|_, _| 1.0);
+    assert_eq!(advance(&mut engine, 1e-6).bridges, 1);
+    engine.set_velocity(1, Vector::new(0.0, 0.0, -1e-3), Vector::ZERO);
+    let (mut longest, mut parted): (Real, bool) = (0.0, false);
+    for _ in 0..600 {
+        let report = advance(&mut engine, 1e-3);
+        let middle = (engine.grains().position[0] - engine.grains().position[1]).length() - 5.0 * RADIUS - 0.5e-6;
+        if middle < 1e-8 {
+            continue;
+        }
+        let pull = if middle <= bridge.rupture(radii) { bridge.force(middle, radii) } else { 0.0 };
+        let found = engine.grains().contact_force[0].z;
+        assert!((found + pull).abs() < 1e-12 * (1.0 + pull), "{middle}: {found} {pull}");
+        (longest, parted) = (if report.bridges > 0 { middle } else { longest }, parted || report.bridges == 0);
+    }
+    // Farther than one between balls as small as the smaller.
+    assert!(parted && longest > 1.5 * bridge.rupture(PAIR), "{longest}");
+}
