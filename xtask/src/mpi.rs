@@ -59,7 +59,7 @@ fn with(mpi: &Mpi, locked: bool, closing: &mut Vec<String>) -> u8 {
     println!("-- tests under {}", mpi.launcher);
     let mut command = cargo();
     command.args(["test", "--release", "--no-fail-fast", "--features", "mpi", "--test", "mpi"]);
-    command.args(["--package", "sazanami-parallel", "--package", "sazanami-cli"]);
+    command.args(["--package", "sazanami-mpi", "--package", "sazanami-cli"]);
     command.args(locked.then_some("--locked")).args(["--", "--test-threads=1"]);
     command.env("MPICC", mpi.compiler).env("SAZANAMI_MPIRUN", mpi.launcher);
     test::counted(&mut command, closing)

@@ -48,7 +48,7 @@ struct Arguments {
 fn main() -> ExitCode {
     let began = Instant::now();
     out_of_memory::end_by_name();
-    let world = sazanami_parallel::join_processes();
+    let world = sazanami_mpi::join();
     let code = match &world {
         Ok(Some(world)) => ranks::take_part(world.processes(), command),
         Ok(None) => command(None, None),

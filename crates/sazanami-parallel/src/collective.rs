@@ -13,12 +13,20 @@ const TREE_DOWN: u32 = 32_002;
 const LENGTH: usize = size_of::<u64>();
 
 /// Messages between two ranks, as [`Communicator`] has them.
-pub(crate) trait Transport: Send + Sync {
+pub trait Transport: Send + Sync {
+    /// Number of this rank, from 0.
     fn rank(&self) -> usize;
+    /// Number of ranks.
     fn size(&self) -> usize;
+    /// Sends a message; its bytes may change as soon as this returns.
     fn send(&self, to: usize, tag: u32, bytes: &[u8]);
-    fn receive(&self, from: usize, tag: u32, into: &mut Vec<u8>);
+    /// Waits for the next message from `from` with `tag`; `false` if a rank has failed meanwhile.
+    #[must_use]
+    fn receive(&self, from: usize, tag: u32, into: &mut Vec<u8>) -> bool;
 }
+
+/// Marks the panic of a rank that ended because another one had failed.
+pub(crate) struct FailedElsewhere;
 
 /// Memory that collective operations keep.
 #[derive(Default)]
@@ -104,7 +112,10 @@ impl<T: Transport> Communicator for Ranks<T> {
     }
 
     fn receive(&self, from: usize, tag: u32, into: &mut Vec<u8>) {
-        self.transport.receive(from, tag, into);
+        if !self.transport.receive(from, tag, into) {
+            // Without the words of a panic: the rank that failed says why.
+            std::panic::resume_unwind(Box::new(FailedElsewhere));
+        }
     }
 
     fn broadcast(&self, bytes: &mut Vec<u8>) {

@@ -6,7 +6,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
-use crate::collective::{Ranks, Transport};
+use crate::collective::{FailedElsewhere, Ranks, Transport};
 use crate::{Communicator, Sums, ThreadsRefused, with_threads};
 
 /// A group of ranks failed.
@@ -63,9 +63,6 @@ impl Shared {
     }
 }
 
-/// Marks the panic of a rank that ended because another one had failed.
-pub(crate) struct FailedElsewhere;
-
 struct InProcess {
     rank: usize,
     shared: Arc<Shared>,
@@ -90,20 +87,18 @@ impl Transport for InProcess {
         self.shared.mailboxes[to].1.notify_all();
     }
 
-    fn receive(&self, from: usize, tag: u32, into: &mut Vec<u8>) {
+    fn receive(&self, from: usize, tag: u32, into: &mut Vec<u8>) -> bool {
         let mut mailbox = self.shared.mailbox(self.rank);
         loop {
             if self.shared.failed.load(Ordering::SeqCst) {
-                drop(mailbox);
-                // Without the words of a panic: the rank that failed says why.
-                std::panic::resume_unwind(Box::new(FailedElsewhere));
+                return false;
             }
             if let Some(at) = mailbox.messages.iter().position(|m| m.from == from && m.tag == tag)
                 && let Some(mut message) = mailbox.messages.remove(at)
             {
                 std::mem::swap(into, &mut message.bytes);
                 mailbox.spare.push(message.bytes);
-                return;
+                return true;
             }
             mailbox = self.shared.mailboxes[self.rank].1.wait(mailbox).unwrap_or_else(PoisonError::into_inner);
         }

@@ -7,8 +7,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::collective::{Ranks, Transport};
-use crate::in_process::{FailedElsewhere, message};
+use crate::collective::{FailedElsewhere, Ranks, Transport};
+use crate::in_process::message;
 use crate::loops::pool_of;
 use crate::{Communicator, RanksFailed, Sums, ThreadsRefused};
 
@@ -120,7 +120,7 @@ impl std::fmt::Display for JoinError {
 impl std::error::Error for JoinError {}
 
 /// Services of a launcher to its processes beside the exchange of messages.
-pub(crate) trait Session: Send + Sync {
+pub trait Session: Send + Sync {
     /// Messages apart from all others, the physics' or those of [`Processes::control`].
     fn transport(&self, control: bool) -> Box<dyn Transport>;
     /// Lets the other ranks know that this one has failed: their waits end by unwinding.
@@ -148,8 +148,8 @@ impl Transport for Box<dyn Transport> {
         (**self).send(to, tag, bytes);
     }
 
-    fn receive(&self, from: usize, tag: u32, into: &mut Vec<u8>) {
-        (**self).receive(from, tag, into);
+    fn receive(&self, from: usize, tag: u32, into: &mut Vec<u8>) -> bool {
+        (**self).receive(from, tag, into)
     }
 }
 
@@ -169,8 +169,9 @@ impl std::fmt::Debug for Processes {
 }
 
 impl Processes {
-    #[cfg_attr(not(feature = "mpi"), allow(dead_code, reason = "only a build with MPI has sessions"))]
-    pub(crate) fn of(session: Arc<dyn Session>) -> Self {
+    /// The processes of a session.
+    #[must_use]
+    pub fn of(session: Arc<dyn Session>) -> Self {
         let control = Ranks::new(session.transport(true), Sums::Ordered);
         Self(Arc::new(Joined { session, control }))
     }
@@ -277,8 +278,9 @@ pub struct World {
 }
 
 impl World {
-    #[cfg_attr(not(feature = "mpi"), allow(dead_code, reason = "only a build with MPI has sessions"))]
-    pub(crate) fn new(processes: Processes, library: Box<dyn std::any::Any>) -> Self {
+    /// `processes`, and what ends their library when it is dropped.
+    #[must_use]
+    pub fn new(processes: Processes, library: Box<dyn std::any::Any>) -> Self {
         Self { processes, _library: library }
     }
 

@@ -1,7 +1,7 @@
 //! Ranks that exchange messages, and threads inside a rank.
 //!
-//! This is the only crate that names a thread pool or a message-passing library. Physics sees
-//! [`Communicator`] behind a domain, and the loops of this crate, which give the same bits for
+//! This is the only crate that names a thread pool. Ranks are threads of one process, or the processes of a launcher, whose
+//! messages a [`Transport`] carries. Physics sees [`Communicator`] behind a domain, and the loops of this crate, which give the same bits for
 //! any number of threads: work is cut into chunks whose size depends on the problem alone, every
 //! chunk writes only its own part, and sums follow a binary tree over the chunks.
 //!
@@ -17,19 +17,16 @@
 mod collective;
 mod communicator;
 mod in_process;
-mod join;
 mod launch;
 mod loops;
-#[cfg(feature = "mpi")]
-mod mpi;
 mod reduction;
 mod solo;
 mod work_and_span;
 
+pub use collective::Transport;
 pub use communicator::{Communicator, Reduction, Sums};
 pub use in_process::{RanksFailed, run_ranks, run_ranks_with};
-pub use join::{join as join_processes, mpi_library};
-pub use launch::{JoinError, Launcher, Processes, World};
+pub use launch::{JoinError, Launcher, Processes, Session, World};
 pub use loops::{Rows, SlicesMut, ThreadsRefused, for_each_chunk, join, number_of_threads, with_threads};
 pub use reduction::{max_over, reduce_over, sum_over};
 pub use solo::Solo;

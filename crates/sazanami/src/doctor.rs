@@ -57,9 +57,10 @@ const TRIAD_ROOM: u64 = 4 * 8 * TRIAD as u64;
 /// Space below which a disk is called small \[bytes].
 const SMALL_DISK: u64 = 2 << 30;
 
-/// Looks at program and machine; `commit` is what the program was built from.
+/// Looks at program and machine; `commit` is what the program was built from, `mpi` the name of the MPI that it was built
+/// with.
 #[must_use]
-pub fn examine(commit: Option<&str>) -> Vec<Finding> {
+pub fn examine(commit: Option<&str>, mpi: Option<&str>) -> Vec<Finding> {
     let machine = Machine::this();
     let mut findings = vec![
         Finding::new(
@@ -77,20 +78,20 @@ pub fn examine(commit: Option<&str>) -> Vec<Finding> {
     findings.push(folder("results", Path::new("runs")));
     findings.extend(tanks::cache_folder().map(|path| folder("kept tanks", &path)));
     findings.push(folder("temporary files", &std::env::temp_dir()));
-    findings.push(mpi());
+    findings.push(ranks(mpi));
     findings.push(Finding::new("fonts", State::Good, "DejaVu Sans, embedded: pictures need none of the system's"));
     findings
 }
 
 /// The MPI of the build, and the launcher if there is one.
-fn mpi() -> Finding {
+fn ranks(mpi: Option<&str>) -> Finding {
     let launcher = Launcher::seen();
-    let built = match sazanami_parallel::mpi_library() {
+    let built = match mpi {
         Some(library) => format!("built with {library}"),
         None => "not built in: ranks are threads of one process (`--ranks`)".to_owned(),
     };
     match launcher {
-        Some(launcher) if sazanami_parallel::mpi_library().is_none() => Finding::new(
+        Some(launcher) if mpi.is_none() => Finding::new(
             "MPI",
             State::Bad,
             format!("{built}; {launcher} started this program: build it with `--features mpi`"),

@@ -7,6 +7,7 @@ use serde_json::Value;
 /// The same list as in `ARCHITECTURE.md`. Dependencies for tests and build scripts follow the same rule.
 const ALLOWED: &[(&str, &str)] = &[
     ("parallel", ""),
+    ("mpi", "parallel"),
     ("test-support", ""),
     ("numerics", "parallel test-support"),
     ("dem", "parallel numerics"),
@@ -23,7 +24,7 @@ const ALLOWED: &[(&str, &str)] = &[
     ("verification", "parallel numerics dem mics mps observe io posing sazanami"),
     ("report", "numerics io sazanami picture"),
     ("sweep", "dem io sazanami"),
-    ("cli", "parallel sazanami picture report sweep bench verification"),
+    ("cli", "parallel mpi sazanami picture report sweep bench verification"),
     ("python", "sazanami"),
     ("xtask", "sazanami verification"),
 ];
@@ -32,8 +33,8 @@ const ALLOWED: &[(&str, &str)] = &[
 const RESERVED: &[(&str, &str)] = &[
     ("rayon", "sazanami-parallel"),
     ("rayon-core", "sazanami-parallel"),
-    ("ferrompi", "sazanami-parallel"),
-    ("mpi", "sazanami-parallel"),
+    ("ferrompi", "sazanami-mpi"),
+    ("mpi", "sazanami-mpi"),
     ("pyo3", "sazanami-python"),
 ];
 

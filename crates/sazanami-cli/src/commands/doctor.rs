@@ -22,7 +22,7 @@ pub struct Doctor {
 
 impl Doctor {
     pub fn execute(self) -> Result<u8, CommandError> {
-        let findings = doctor::examine(option_env!("SAZANAMI_COMMIT"));
+        let findings = doctor::examine(option_env!("SAZANAMI_COMMIT"), sazanami_mpi::name_of_library().as_deref());
         if self.json {
             print_json(&super::json(&findings)?);
         } else {

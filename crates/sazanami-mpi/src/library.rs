@@ -1,16 +1,13 @@
-//! Ranks as processes of MPI.
+//! Messages of an MPI library.
 //!
-//! Only messages between two ranks are taken from the library; what all ranks do together is built on them
-//! (`collective.rs`), so that the bits are those of ranks within one process. Waits look out for ranks that have failed.
+//! Only messages between two ranks are taken from it; what all ranks do together is built on them in `sazanami-parallel`, so
+//! that the bits are those of ranks within one process. Waits look out for ranks that have failed.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use ferrompi::{PersistentRequest, Source, Tag, ThreadLevel};
-
-use crate::collective::Transport;
-use crate::in_process::FailedElsewhere;
-use crate::launch::{JoinError, Launcher, Processes, Session, World};
+use sazanami_parallel::{JoinError, Launcher, Processes, Session, Transport, World};
 
 /// Tag of the message that a rank has failed.
 const FAILURE: i32 = 0;
@@ -26,7 +23,7 @@ const ATTEMPTS: usize = 64;
 const KEPT: usize = 16 << 20;
 
 /// Starts MPI and meets the other processes.
-pub(crate) fn join(launcher: Launcher) -> Result<World, JoinError> {
+pub fn join(launcher: Launcher) -> Result<World, JoinError> {
     let not_started = |error: ferrompi::Error| JoinError::NotStarted(error.to_string());
     let library = ferrompi::Mpi::init_thread(ThreadLevel::Serialized).map_err(not_started)?;
     if library.thread_level() < ThreadLevel::Serialized {
@@ -35,7 +32,7 @@ pub(crate) fn join(launcher: Launcher) -> Result<World, JoinError> {
     let world = library.world();
     let (size, rank) = (world.size() as usize, world.rank() as usize);
     if launcher.size.is_some_and(|started| started != size) || launcher.rank.is_some_and(|number| number != rank) {
-        return Err(JoinError::OtherWorld { launcher, size, rank, library: name_of_library() });
+        return Err(JoinError::OtherWorld { launcher, size, rank, library: name() });
     }
     // Three groups, so that messages of the work, about the work and of failures never meet.
     let group = || world.duplicate().map_err(not_started);
@@ -45,7 +42,7 @@ pub(crate) fn join(launcher: Launcher) -> Result<World, JoinError> {
 }
 
 /// Name and version of the MPI library, on one line.
-pub(crate) fn name_of_library() -> String {
+pub fn name() -> String {
     let text = ferrompi::Mpi::library_version().unwrap_or_else(|error| error.to_string());
     let name = text.lines().next().unwrap_or_default().split(',').next().unwrap_or_default();
     // MPICH has a tab in its name.
@@ -113,7 +110,7 @@ impl Session for MpiSession {
     }
 
     fn library(&self) -> String {
-        name_of_library()
+        name()
     }
 
     fn host(&self) -> String {
@@ -209,13 +206,9 @@ impl Transport for Mpi {
         }
     }
 
-    fn receive(&self, from: usize, tag: u32, into: &mut Vec<u8>) {
-        match self.try_receive(from, tag, into) {
-            Ok(true) => {}
-            // Without the words of a panic: the rank that failed says why.
-            Ok(false) => std::panic::resume_unwind(Box::new(FailedElsewhere)),
-            Err(error) => panic!("a message of rank {from} could not be received: {error}"),
-        }
+    fn receive(&self, from: usize, tag: u32, into: &mut Vec<u8>) -> bool {
+        self.try_receive(from, tag, into)
+            .unwrap_or_else(|error| panic!("a message of rank {from} could not be received: {error}"))
     }
 }
 

@@ -5,7 +5,7 @@
 use std::process::{Command, ExitCode};
 use std::time::{Duration, Instant};
 
-use sazanami_parallel::{Communicator, Processes, Reduction, Sums, join_processes, run_ranks_with};
+use sazanami_parallel::{Communicator, Processes, Reduction, Sums, run_ranks_with};
 
 /// Environment variable with the task of a rank.
 const ROLE: &str = "SAZANAMI_ROLE";
@@ -57,7 +57,7 @@ fn exchange(c: &dyn Communicator) -> u64 {
 }
 
 fn rank(role: &str) -> ExitCode {
-    let world = join_processes().expect("the processes belong together").expect("a launcher started them");
+    let world = sazanami_mpi::join().expect("the processes belong together").expect("a launcher started them");
     let processes = world.processes();
     match role {
         "panic" => broken(processes),
