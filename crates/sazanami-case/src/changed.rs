@@ -39,7 +39,7 @@ pub struct Changed {
 /// Names of a case and its texts for people, which have no default to differ from.
 const NAMES: [&str; 2] = ["name", "title"];
 
-/// Elements of a list of tables whose keys are tried, from the first on: each trial reads the whole case.
+/// Elements of a list of tables that are looked at, from the first on: to try a key reads the case.
 pub const MOST_TRIED: usize = 16;
 
 /// The keys of `loaded` that are required or differ from their defaults, in the order of their paths; of lists of tables those
@@ -47,35 +47,100 @@ pub const MOST_TRIED: usize = 16;
 #[must_use]
 pub fn changed(loaded: &LoadedCase) -> Vec<Changed> {
     let Ok(whole) = resolved::write(&loaded.case, Paths::AsGiven).parse::<Table>() else { return Vec::new() };
-    let of_whole = |path: &Vec<String>| tried(&loaded.path, &loaded.case, &whole, path);
     let short = shortened(loaded, &whole);
     let mut paths = Vec::new();
     leaves(short.as_ref().map_or(&whole, |(_, tree)| tree), &mut Vec::new(), &mut paths);
     let is_tried = |path: &[String]| path.get(1).and_then(|n| n.parse().ok()).is_none_or(|n: usize| n < MOST_TRIED);
     paths.retain(|path| !NAMES.contains(&path[0].as_str()) && is_tried(path));
-    let Some((case, tree)) = short else { return paths.iter().filter_map(of_whole).collect() };
-    // Keys of the long lists stand for themselves. Defaults of others may depend on elements that were left out: those that the
-    // shortened case has as defaults are left out of the whole one at once, the rest one by one.
-    let of_list = |path: &[String]| tables_of(&whole[&path[0]]).is_some_and(|list| list.len() > MOST_TRIED);
-    let found: Vec<Option<Changed>> = paths.iter().map(|path| tried(&loaded.path, &case, &tree, path)).collect();
-    let mut without = whole.clone();
-    let defaults = paths.iter().zip(&found).filter(|(path, found)| found.is_none() && !of_list(path));
-    defaults.for_each(|(path, _)| remove(&mut without, path));
-    let confirmed = parse(&loaded.path, &without.to_string(), &[]).is_ok_and(|other| other.case == loaded.case);
-    let judged = paths.iter().zip(found).map(|(path, found)| match found {
-        found if of_list(path) => found,
-        None if confirmed => None,
-        _ => of_whole(path),
-    });
-    judged.flatten().collect()
+    let whole = Whole { file: &loaded.path, case: &loaded.case, tree: &whole };
+    let Some((case, tree)) = short else { return paths.iter().filter_map(|path| whole.tried(path)).collect() };
+    let short = Whole { file: &loaded.path, case: &case, tree: &tree };
+    let of_list = |path: &[String]| tables_of(&whole.tree[&path[0]]).is_some_and(|list| list.len() > MOST_TRIED);
+    let mut found: Vec<Found> = paths.into_iter().map(|path| (short.tried(&path), path)).collect();
+    // Keys of the long lists stand for themselves. Defaults of others may depend on elements that were left out.
+    let mut rest: Vec<&mut Found> = found.iter_mut().filter(|(_, path)| !of_list(path)).collect();
+    whole.confirm(&mut rest);
+    found.into_iter().filter_map(|(found, _)| found).collect()
 }
 
-/// Lists of tables that are longer than what is tried of them, with their lengths.
+/// A path, with its key if it is required or differs from its default.
+type Found = (Option<Changed>, Vec<String>);
+
+/// A case and its copy.
+struct Whole<'a> {
+    file: &'a Path,
+    case: &'a Case,
+    tree: &'a Table,
+}
+
+impl Whole<'_> {
+    /// The key at `path`, if the case without it is none or another one.
+    fn tried(&self, path: &[String]) -> Option<Changed> {
+        let value = at(self.tree, path)?;
+        let default = match self.read(|tree| remove(tree, path)) {
+            None => DefaultValue::Required,
+            Some(other) if other == *self.case => return None,
+            Some(other) => {
+                let copy = resolved::write(&other, Paths::AsGiven).parse::<Table>().unwrap_or_default();
+                at(&copy, path).map_or(DefaultValue::None, |value| DefaultValue::Value(value.to_string()))
+            }
+        };
+        let names: Vec<&str> = path.iter().map(String::as_str).filter(|name| name.parse::<usize>().is_err()).collect();
+        let about = declared(&names).map_or("", |key| key.about);
+        Some(Changed { path: path.join("."), about, value: value.to_string(), default })
+    }
+
+    /// The case after an `edit` of the copy, if it is one.
+    fn read(&self, edit: impl FnOnce(&mut Table)) -> Option<Case> {
+        let mut tree = self.tree.clone();
+        edit(&mut tree);
+        parse(self.file, &tree.to_string(), &[]).ok().map(|loaded| loaded.case)
+    }
+
+    /// Confirms what was found for a shortened case: all at once where that can be told, otherwise halves apart, single keys anew.
+    fn confirm(&self, found: &mut [&mut Found]) {
+        match found {
+            [] => {}
+            [(found, path)] => *found = self.tried(path),
+            found if self.all_hold(found) => {}
+            found => {
+                let (first, second) = found.split_at_mut(found.len() / 2);
+                self.confirm(first);
+                self.confirm(second);
+            }
+        }
+    }
+
+    /// Whether keys that had their defaults have them here, and the others without their values those that were found.
+    fn all_hold(&self, found: &[&mut Found]) -> bool {
+        let without = |are: fn(&Changed) -> bool| {
+            self.read(|tree| {
+                let left_out = found.iter().filter(|(found, _)| found.as_ref().is_none_or(are));
+                left_out.for_each(|(_, path)| remove(tree, path));
+            })
+        };
+        if without(|_| false).as_ref() != Some(self.case) {
+            return false;
+        }
+        let Some(left) = without(|key| key.default != DefaultValue::Required) else { return false };
+        let copy = resolved::write(&left, Paths::AsGiven).parse::<Table>().unwrap_or_default();
+        found.iter().filter_map(|(found, path)| Some((&found.as_ref()?.default, path))).all(|(default, path)| {
+            match default {
+                DefaultValue::Required => true,
+                DefaultValue::None => at(&copy, path).is_none(),
+                DefaultValue::Value(value) => at(&copy, path).is_some_and(|found| found.to_string() == *value),
+            }
+        })
+    }
+}
+
+/// Lists of tables that are longer than what is looked at of them, by their paths, with their lengths.
 #[must_use]
 pub fn longer_than_tried(loaded: &LoadedCase) -> Vec<(String, usize)> {
-    let tree = resolved::write(&loaded.case, Paths::AsGiven).parse::<Table>().unwrap_or_default();
-    let long = tree.into_iter().filter_map(|(name, value)| Some((name, tables_of(&value)?.len())));
-    long.filter(|(_, length)| *length > MOST_TRIED).collect()
+    let mut tree = resolved::write(&loaded.case, Paths::AsGiven).parse::<Table>().unwrap_or_default();
+    let mut lists = Vec::new();
+    tree.iter_mut().for_each(|(name, value)| shorten(value, name, &mut lists));
+    lists
 }
 
 /// The elements of a list of tables.
@@ -83,15 +148,38 @@ fn tables_of(value: &Value) -> Option<&Vec<Value>> {
     value.as_array().filter(|list| list.iter().any(Value::is_table))
 }
 
-/// The case, of this copy, without the elements of long lists that are not tried; `None` where there are none or others need them.
+/// Cuts the lists of tables at `path` and below it to what is looked at of them; adds their paths and lengths to `lists`.
+fn shorten(value: &mut Value, path: &str, lists: &mut Vec<(String, usize)>) {
+    let is_list = tables_of(value).is_some();
+    match value {
+        Value::Table(table) => {
+            table.iter_mut().for_each(|(name, value)| shorten(value, &format!("{path}.{name}"), lists))
+        }
+        Value::Array(list) if is_list => {
+            if list.len() > MOST_TRIED {
+                lists.push((path.to_owned(), list.len()));
+                list.truncate(MOST_TRIED);
+            }
+            list.iter_mut().enumerate().for_each(|(n, value)| shorten(value, &format!("{path}.{n}"), lists));
+        }
+        _ => {}
+    }
+}
+
+/// The case, of this copy, with long lists cut to what is looked at of them; `None` where there are none or others need the rest.
 fn shortened(loaded: &LoadedCase, whole: &Table) -> Option<(Case, Table)> {
-    let mut short = whole.clone();
-    for (_, value) in &mut short {
-        if tables_of(value).is_some() {
-            value.as_array_mut()?.truncate(MOST_TRIED);
+    let (mut short, mut lists) = (whole.clone(), Vec::new());
+    short.iter_mut().for_each(|(name, value)| shorten(value, name, &mut lists));
+    // The copy of a population counts the grains of its list.
+    for population in short.get_mut("grains").and_then(Value::as_array_mut).into_iter().flatten() {
+        if let Some(listed) =
+            population.get("placement").and_then(|placement| placement.get("list")?.as_array()).map(Vec::len)
+            && let Some(count) = population.get_mut("count")
+        {
+            *count = Value::Integer(listed as i64);
         }
     }
-    let case = (short != *whole).then(|| parse(&loaded.path, &short.to_string(), &[]).ok())??;
+    let case = (!lists.is_empty()).then(|| parse(&loaded.path, &short.to_string(), &[]).ok())??;
     Some((case.case, short))
 }
 
@@ -124,24 +212,6 @@ fn leaves(table: &Table, path: &mut Vec<String>, found: &mut Vec<Vec<String>>) {
     }
 }
 
-/// The key at `path`, if the case without it is none or another one.
-fn tried(file: &Path, case: &Case, tree: &Table, path: &[String]) -> Option<Changed> {
-    let value = at(tree, path)?;
-    let mut without = tree.clone();
-    remove(&mut without, path);
-    let default = match parse(file, &without.to_string(), &[]) {
-        Err(_) => DefaultValue::Required,
-        Ok(other) if other.case == *case => return None,
-        Ok(other) => {
-            let copy = resolved::write(&other.case, Paths::AsGiven).parse::<Table>().unwrap_or_default();
-            at(&copy, path).map_or(DefaultValue::None, |value| DefaultValue::Value(value.to_string()))
-        }
-    };
-    let names: Vec<&str> = path.iter().map(String::as_str).filter(|name| name.parse::<usize>().is_err()).collect();
-    let about = declared(&names).map_or("", |key| key.about);
-    Some(Changed { path: path.join("."), about, value: value.to_string(), default })
-}
-
 /// The value at `path`.
 fn at<'a>(tree: &'a Table, path: &[String]) -> Option<&'a Value> {
     let (first, rest) = path.split_first()?;
@@ -154,19 +224,21 @@ fn at<'a>(tree: &'a Table, path: &[String]) -> Option<&'a Value> {
 
 /// Removes the value at `path`.
 fn remove(tree: &mut Table, path: &[String]) {
-    let Some((last, above)) = path.split_last() else { return };
-    let Some((first, rest)) = above.split_first() else {
-        tree.remove(last);
-        return;
-    };
-    let holder = rest.iter().try_fold(tree.get_mut(first), |value, name| match value? {
-        Value::Table(table) => Some(table.get_mut(name)),
-        Value::Array(list) => Some(list.get_mut(name.parse::<usize>().ok()?)),
-        _ => None,
-    });
-    if let Some(Some(Value::Table(table))) = holder {
+    if let Some((table, last)) = holder(tree, path) {
         table.remove(last);
     }
+}
+
+/// The table that holds the value at `path`, and its name there.
+fn holder<'a, 'b>(tree: &'a mut Table, path: &'b [String]) -> Option<(&'a mut Table, &'b str)> {
+    let (last, above) = path.split_last()?;
+    let Some((first, rest)) = above.split_first() else { return Some((tree, last)) };
+    let holder = rest.iter().try_fold(tree.get_mut(first)?, |value, name| match value {
+        Value::Table(table) => table.get_mut(name),
+        Value::Array(list) => list.get_mut(name.parse::<usize>().ok()?),
+        _ => None,
+    });
+    Some((holder?.as_table_mut()?, last))
 }
 
 #[cfg(test)]
@@ -250,5 +322,31 @@ mod tests {
         };
         assert_eq!(form("points"), None);
         assert_eq!(form("both"), Some(DefaultValue::Value("\"points\"".into())));
+        // So of grains that are listed one by one.
+        let listed: Vec<String> = (0..1100)
+            .map(|n| {
+                format!(
+                    "{{ position = [\"{} mm\", \"{} mm\", \"1 mm\"] }}",
+                    0.1 + 0.2 * f64::from(n % 35),
+                    0.1 + 0.2 * f64::from(n / 35)
+                )
+            })
+            .collect();
+        let list = |count: usize, more: &str| {
+            let grains = format!(
+                "[[grains]]\nname = \"fine\"\nmaterial = \"m\"\nshape.sphere = {{ diameter = \"20 um\" }}\nplacement.list = [{}]\n",
+                listed[..count].join(", ")
+            );
+            let material =
+                "[material.m]\ndensity = \"2500 kg/m^3\"\n[contact.default]\nnormal_stiffness = \"1e3 N/m\"\n";
+            parse(Path::new("a.toml"), &CASE.replace("[[liquid]]", &format!("{grains}{material}{more}[[liquid]]")), &[])
+                .unwrap()
+        };
+        let both = list(1100, "[output]\ngrain_form = \"both\"\n");
+        let found = changed(&both);
+        let form = found.iter().find(|key| key.path == "output.grain_form").expect("it is not the default of so many");
+        assert_eq!(form.default, DefaultValue::Value("\"points\"".into()));
+        assert_eq!(longer_than_tried(&both), [("grains.0.placement.list".to_owned(), 1100)]);
+        assert_eq!(changed(&list(1100, "")), changed(&list(MOST_TRIED, "")));
     }
 }

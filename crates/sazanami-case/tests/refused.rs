@@ -28,6 +28,34 @@ fn refused(change: &str, words: &str) {
     assert!(found.len() == 1 && found[0].contains(words), "{change}: {found:#?}");
 }
 
+/// Water of moving particles over spheres.
+const TANK: &str = r#"
+solver = "mps"
+domain.size = ["8 mm", "8 mm", "8 mm"]
+boundary.all = "periodic"
+particles.spacing = "1 mm"
+fluid.liquid = { density = "1000 kg/m^3", kinematic_viscosity = "1e-6 m^2/s" }
+material.sand.density = "2650 kg/m^3"
+contact.default.normal_stiffness = "400 N/m"
+run.until = "1 ms"
+[[liquid]]
+region.box = { lower = ["0 mm", "0 mm", "0 mm"], upper = ["8 mm", "8 mm", "8 mm"] }
+[[grains]]
+shape.sphere.diameter = "1 mm"
+placement.lattice = { counts = [5, 5, 5] }
+"#;
+
+#[test]
+fn a_box_without_extent_is_refused_for_that_alone() {
+    for base in [BASE, TANK] {
+        assert!(findings_of(base, &[]).is_empty(), "{:#?}", findings_of(base, &[]));
+        for size in [["8 mm", "8 mm", "-8 mm"], ["8 mm", "0 mm", "8 mm"]] {
+            let found = findings_of(base, &[&format!("domain.size={size:?}")]);
+            assert!(found.len() == 1 && found[0].contains("the box has no extent"), "{size:?}: {found:#?}");
+        }
+    }
+}
+
 #[test]
 fn lengths_of_what_is_observed_are_bounded_by_the_box() {
     assert!(findings(&[]).is_empty(), "{:#?}", findings(&[]));

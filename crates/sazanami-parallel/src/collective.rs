@@ -12,15 +12,17 @@ const TREE_DOWN: u32 = 32_002;
 /// Bytes of the length before a block.
 const LENGTH: usize = size_of::<u64>();
 
-/// Messages between two ranks, as [`Communicator`] has them.
+/// Messages between two ranks, as [`Communicator`] has them: those from one rank with one tag arrive in the order in which they were
+/// sent. Tags are at most 32,767.
 pub trait Transport: Send + Sync {
     /// Number of this rank, from 0.
     fn rank(&self) -> usize;
     /// Number of ranks.
     fn size(&self) -> usize;
-    /// Sends a message; its bytes may change as soon as this returns.
+    /// Sends a message, without waiting for its receiver; its bytes may change as soon as this returns.
     fn send(&self, to: usize, tag: u32, bytes: &[u8]);
-    /// Waits for the next message from `from` with `tag`; `false` if a rank has failed meanwhile.
+    /// Waits for the next message from `from` with `tag`. `false` if a rank has failed meanwhile: `into` has no meaning then, and what
+    /// carries the messages can name the failure.
     #[must_use]
     fn receive(&self, from: usize, tag: u32, into: &mut Vec<u8>) -> bool;
 }

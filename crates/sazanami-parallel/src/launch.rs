@@ -121,11 +121,11 @@ impl std::error::Error for JoinError {}
 
 /// Services of a launcher to its processes beside the exchange of messages.
 pub trait Session: Send + Sync {
-    /// Messages apart from all others, the physics' or those of [`Processes::control`].
+    /// Messages apart from all others, the physics' or those of [`Processes::control`]; asked for once of each for a run.
     fn transport(&self, control: bool) -> Box<dyn Transport>;
     /// Lets the other ranks know that this one has failed: their waits end by unwinding.
     fn fail(&self, reason: &str);
-    /// Rank and reason of a failure that this rank has been told of.
+    /// Rank and reason of a failure that this rank has been told of; there is one when a wait has ended without its message.
     fn failure(&self) -> Option<(usize, String)>;
     /// Ends all processes.
     fn abort(&self, code: u8) -> !;

@@ -70,6 +70,8 @@ impl DomainKeys {
                 .error(table.place(place), "the box has no extent")
                 .label("every edge has to be above zero")
                 .help("`upper` lies above `lower` in x1, x2 and x3");
+            // Whatever lies in the box would be outside of it.
+            self.upper = Some(Vector::NAN);
         }
     }
 

@@ -11,8 +11,12 @@
 //! Near the surface the whole pressure acts by `G p`, which vanishes beyond the outermost particles as in clear water. What is left of
 //! the pressure below, that of 1.5 spacings, pushes particles to sparse places. It must be nowhere negative: it would pull particles
 //! apart from one another where the surface has sunk, and the water swells. So the level is the lowest of the pressure of the step before, beyond
-//! `rho b.x`, and not its mean. Rows beside a cavity far below the level keep `G P` and `C P`: it would not close otherwise. In a
-//! closed box, where a pressure has no level of its own, `P = h` with the mean level.
+//! `rho b.x`, and not its mean; and it is not above the surface, where an impact has left a high pressure. Rows beside a cavity far below the
+//! level keep `G P` and `C P`: it would not close otherwise. In a closed box, where a pressure has no level of its own, `P = h` with the mean
+//! level.
+//!
+//! Only walls answer the gradient of `P`, which is no force between particles. Nothing bears water that falls: where all rows that see no
+//! surface lie above the level, nothing is split off.
 
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
@@ -35,6 +39,8 @@ const FROM: Real = 0.5;
 const WHOLE: Real = 2.5;
 /// Depth from which on a row that sees a surface sees that of a cavity, in spacings.
 const CAVITY: Real = 4.0;
+/// Most that the level lies above the highest row that sees no surface, in spacings: three to three and a half at rest.
+const HIGHEST: Real = 4.0;
 
 /// The split-off pressure as a function of the hydrostatic one.
 #[derive(Clone, Copy)]
@@ -110,13 +116,21 @@ impl Still {
         let beyond = |a: usize| old[a] - force.dot(position[a]);
         let inside = |a: usize| kind[a] == Kind::Fluid && !rows[a].beside_surface;
         let [sum, number] = step.domain.sum(sum_of(owned, |a| if inside(a) { [beyond(a), 1.0] } else { [0.0; 2] }));
-        self.splits = number > 0.0;
+        let of_depth = Split { linear: closed, unit: step.settings.fluid.spacing * force.length() };
+        let most = |of: &(dyn Fn(usize) -> Real + Sync)| {
+            step.domain.max(largest(owned, |a| if inside(a) { of(a) } else { Real::NEG_INFINITY }))
+        };
+        let level = if closed {
+            sum / number
+        } else {
+            let at_surface = most(&|a| -force.dot(position[a])) + HIGHEST * of_depth.unit;
+            at_surface.min(-most(&|a| -beyond(a)))
+        };
+        let deepest = level + most(&|a| force.dot(position[a]));
+        self.splits = number > 0.0 && (closed || deepest > FROM * of_depth.unit);
         if !self.splits {
             return;
         }
-        let lowest = || -step.domain.max(largest(owned, |a| if inside(a) { -beyond(a) } else { Real::NEG_INFINITY }));
-        let level = if closed { sum / number } else { lowest() };
-        let of_depth = Split { linear: closed, unit: step.settings.fluid.spacing * force.length() };
         let hydrostatic = |a: usize| level + force.dot(position[a]);
         let cavity = |a: usize| rows[a].beside_surface && hydrostatic(a) > CAVITY * of_depth.unit;
         set_column(&mut self.exact, owned, |a| kind[a] == Kind::Fluid && (closed || !cavity(a)));

@@ -248,6 +248,9 @@ impl OverlappingGrains {
         let (around, diameter, added_mass) = (&around[..], &diameter[..], added.as_flattened());
         let substeps = coupling.substeps;
         let [without] = sum_of(owned, |g| [if around[g].without_vorticity { 1.0 } else { 0.0 }]);
+        // Impulse on the grains from outside the water, which has no reaction on it.
+        let [displaced] = domain.sum(sum_of(owned, |g| [around[g].submerged * volume(diameter[g])]));
+        let outside = dt * density * displaced * by_volume;
         let contacts = coupling.drag.run(Advance {
             domain,
             engine,
@@ -259,17 +262,14 @@ impl OverlappingGrains {
             dt,
             substeps,
         })?;
+        // Some grains have moved on to other ranks.
         let grains = engine.grains();
-        let sum = domain.sum(sum_of(owned, |g| {
-            let drag = grains.drag_impulse[g];
-            let kept = &grains.attached[g];
-            // That of the water alone; what comes from outside has no reaction on it.
-            let outside = around[g].submerged * density * volume(diameter[g]) * by_volume;
-            let pressure = dt * (vector(kept, PRESSURE_FORCE) - outside);
+        let sum = domain.sum(sum_of(grains.owned(), |g| {
+            let (drag, pressure) = (grains.drag_impulse[g], dt * vector(&grains.attached[g], PRESSURE_FORCE));
             [drag.x, drag.y, drag.z, pressure.x, pressure.y, pressure.z]
         }));
         report.drag_on_grains = Vector::from_slice(&sum[..3]);
-        report.pressure_on_grains = Vector::from_slice(&sum[3..]);
+        report.pressure_on_grains = Vector::from_slice(&sum[3..]) - outside;
         if has_more {
             self.report_further_forces(step, without, report);
         }

@@ -16,6 +16,7 @@ mod failures;
 mod feeding;
 mod films;
 mod flat_faces;
+mod free_water;
 mod gates;
 mod grain_files;
 mod grain_sizes;
