@@ -32,12 +32,13 @@ fn a_drop_falls_freely_whether_or_not_there_is_a_grain_elsewhere() {
 }
 
 /// A slab of seven layers that falls on a floor between periodic sides, with a grain on the floor; in spacings of 1.5 mm.
-const SLAB: [&str; 6] = [
+const SLAB: [&str; 7] = [
     "domain.size=[\"12 mm\", \"12 mm\", \"30 mm\"]",
     "boundary={ all = \"periodic\", x3_lower = \"slip\", x3_upper = \"outflow\" }",
     "particles.spacing=1.5 mm",
     "liquid.0={ region = { box = { lower = [\"0 mm\", \"0 mm\", \"10.5 mm\"], upper = [\"12 mm\", \"12 mm\", \"21 mm\"] } } }",
     "grains.0.placement.list=[{ position = [\"6 mm\", \"6 mm\", \"1 mm\"] }]",
+    "grains.0.shape.sphere.diameter=1.5 mm",
     "run.until=60 ms",
 ];
 
