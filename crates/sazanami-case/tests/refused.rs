@@ -31,6 +31,7 @@ fn refused(change: &str, words: &str) {
 /// Water of moving particles over spheres.
 const TANK: &str = r#"
 solver = "mps"
+gravity = "0 m/s^2"
 domain.size = ["8 mm", "8 mm", "8 mm"]
 boundary.all = "periodic"
 particles.spacing = "1 mm"
