@@ -97,40 +97,28 @@ impl Whole<'_> {
         parse(self.file, &tree.to_string(), &[]).ok().map(|loaded| loaded.case)
     }
 
-    /// Confirms what was found for a shortened case: all at once where that can be told, otherwise halves apart, single keys anew.
+    /// Confirms what was found for a shortened case: all keys are left out together, and only those that are then not as found are tried.
     fn confirm(&self, found: &mut [&mut Found]) {
-        match found {
-            [] => {}
-            [(found, path)] => *found = self.tried(path),
-            found if self.all_hold(found) => {}
-            found => {
-                let (first, second) = found.split_at_mut(found.len() / 2);
-                self.confirm(first);
-                self.confirm(second);
-            }
-        }
-    }
-
-    /// Whether keys that had their defaults have them here, and the others without their values those that were found.
-    fn all_hold(&self, found: &[&mut Found]) -> bool {
-        let without = |are: fn(&Changed) -> bool| {
-            self.read(|tree| {
-                let left_out = found.iter().filter(|(found, _)| found.as_ref().is_none_or(are));
-                left_out.for_each(|(_, path)| remove(tree, path));
-            })
+        let copy_without = |are: fn(&Changed) -> bool| {
+            let left_out = found.iter().filter(|(found, _)| found.as_ref().is_none_or(are));
+            let left = self.read(|tree| left_out.for_each(|(_, path)| remove(tree, path)))?;
+            resolved::write(&left, Paths::AsGiven).parse::<Table>().ok()
         };
-        if without(|_| false).as_ref() != Some(self.case) {
-            return false;
-        }
-        let Some(left) = without(|key| key.default != DefaultValue::Required) else { return false };
-        let copy = resolved::write(&left, Paths::AsGiven).parse::<Table>().unwrap_or_default();
-        found.iter().filter_map(|(found, path)| Some((&found.as_ref()?.default, path))).all(|(default, path)| {
-            match default {
-                DefaultValue::Required => true,
-                DefaultValue::None => at(&copy, path).is_none(),
-                DefaultValue::Value(value) => at(&copy, path).is_some_and(|found| found.to_string() == *value),
+        let copies = [copy_without(|_| false), copy_without(|key| key.default != DefaultValue::Required)];
+        for (found, path) in found {
+            let holds = match (found.as_ref().map(|key| &key.default), &copies) {
+                (Some(DefaultValue::Required), _) => true,
+                (None, [Some(copy), _]) => at(copy, path) == at(self.tree, path),
+                (Some(DefaultValue::None), [_, Some(copy)]) => at(copy, path).is_none(),
+                (Some(DefaultValue::Value(value)), [_, Some(copy)]) => {
+                    at(copy, path).is_some_and(|found| found.to_string() == *value)
+                }
+                _ => false,
+            };
+            if !holds {
+                *found = self.tried(path);
             }
-        })
+        }
     }
 }
 

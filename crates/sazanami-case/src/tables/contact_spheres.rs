@@ -21,7 +21,8 @@ const EXPECTED: &str = "expected \"shell(75)\", \"axis(9)\", \"single\" or \"fil
 #[derive(Clone, Debug, Default, Keys)]
 pub(super) struct ContactSphereKeys {
     /// `shell(n)`: equal spheres under the surface of any closed shape, 1000 at most; `axis(n)`: largest spheres on the
-    /// long axis of a spheroid or a cylinder, 1000 at most (a cylinder that rolls on a shell rolls as a polygon); `single`: for spheres; `file`: as `sphere_file` has them.
+    /// long axis of a spheroid or a cylinder, 1000 at most (a cylinder that rolls on a shell rolls as a polygon); `single`: for
+    /// spheres; `file`: as `sphere_file` has them.
     #[key(says = "sphere: `single`; prolate spheroid: `axis(9)`; else `shell(75)`")]
     contact_spheres: Option<String>,
     /// Radius of the spheres of a shell.

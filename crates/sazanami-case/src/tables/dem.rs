@@ -28,7 +28,8 @@ choices! {
 }
 
 /// Liquid bridges: each forms where two moist grains touch, pulls them together, and breaks at a gap of (1 + contact_angle/2) times the cube
-/// root of its volume. Grains touch where contact spheres overlap: of those placed with no gap between them rounding decides. Walls are dry. On the grid they pull as far as there is no liquid about their grains.
+/// root of its volume. Grains touch where contact spheres overlap: of those placed with no gap between them rounding decides. Walls are
+/// dry. On the grid they pull as far as there is no liquid about their grains.
 #[derive(Clone, Copy, Debug, PartialEq, Keys)]
 pub struct Bridges {
     /// Surface tension of the liquid: `"72.8 mN/m"` for water.

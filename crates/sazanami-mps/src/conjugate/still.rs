@@ -39,7 +39,8 @@ const FROM: Real = 0.5;
 const WHOLE: Real = 2.5;
 /// Depth from which on a row that sees a surface sees that of a cavity, in spacings.
 const CAVITY: Real = 4.0;
-/// Most that the level lies above the highest row that sees no surface, in spacings: three to three and a half at rest.
+/// Most that the level lies above the highest row that sees no surface, in spacings: at rest some half a spacing more than the radius of
+/// influence, three with the default one.
 const HIGHEST: Real = 4.0;
 
 /// The split-off pressure as a function of the hydrostatic one.
