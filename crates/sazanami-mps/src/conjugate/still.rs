@@ -39,9 +39,8 @@ const FROM: Real = 0.5;
 const WHOLE: Real = 2.5;
 /// Depth from which on a row that sees a surface sees that of a cavity, in spacings.
 const CAVITY: Real = 4.0;
-/// Most that the level lies above the highest row that sees no surface, in spacings: at rest some half a spacing more than the radius of
-/// influence, three with the default one.
-const HIGHEST: Real = 4.0;
+/// Most that the level lies above the highest row that sees no surface, beyond the radius of influence, in spacings: at rest some half.
+const HIGHEST: Real = 1.4;
 
 /// The split-off pressure as a function of the hydrostatic one.
 #[derive(Clone, Copy)]
@@ -124,7 +123,8 @@ impl Still {
         let level = if closed {
             sum / number
         } else {
-            let at_surface = most(&|a| -force.dot(position[a])) + HIGHEST * of_depth.unit;
+            let highest = step.settings.scheme.radius + HIGHEST;
+            let at_surface = most(&|a| -force.dot(position[a])) + highest * of_depth.unit;
             at_surface.min(-most(&|a| -beyond(a)))
         };
         let deepest = level + most(&|a| force.dot(position[a]));

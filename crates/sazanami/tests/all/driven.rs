@@ -34,12 +34,13 @@ fn the_force_between_plates_is_that_of_poiseuille() {
     let scratch = Scratch::new("plates");
     for (solver, tolerance, until) in [("mics", 1e-3, "0.3 s"), ("mps", 0.06, "0.12 s")] {
         let (word, until) = (format!("solver={solver}"), format!("run.until={until}"));
+        let step = "fluid.dt_max=0.3 ms";
         let expected = |nu: Real| {
             // 12 nu U / h^2. On 16 cells the second-order differences give 2/16^2 more velocity.
             let exact = 12.0 * nu * 0.01 / 16e-6;
             if solver == "mics" { exact / (1.0 + 2.0 / 256.0) } else { exact }
         };
-        let flow = left(&scratch.join(solver), &[&word, &until], None);
+        let flow = left(&scratch.join(solver), &[&word, &until, step], None);
         let (speed, force) = (flow.last("mean_velocity_1"), late_mean(&flow, "driving_acceleration_1"));
         assert!((speed / 0.01 - 1.0).abs() < 1e-3, "{solver}: {speed}");
         assert!((force / expected(1e-4) - 1.0).abs() < tolerance, "{solver}: {force} for {}", expected(1e-4));
@@ -53,7 +54,7 @@ fn the_force_between_plates_is_that_of_poiseuille() {
         // Negative control: half the viscosity takes half the force, and without a velocity to be held nothing moves.
         let thin = left(
             &scratch.join(&format!("{solver}-thin")),
-            &[&word, &until, "fluid.liquid.kinematic_viscosity=5e-5 m^2/s"],
+            &[&word, &until, step, "fluid.liquid.kinematic_viscosity=5e-5 m^2/s"],
             None,
         );
         let force = late_mean(&thin, "driving_acceleration_1");

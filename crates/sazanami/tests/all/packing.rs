@@ -150,15 +150,16 @@ fn a_levelled_bed_on_a_grid_is_flat_and_comes_to_rest_again() {
     // What cannot be, and what does nothing, is told.
     let refused = findings(BED, &["grains.0.placement.packed.level=\"0.5 mm\""]);
     assert!(refused.len() == 1 && refused[0].contains("no grain lies below the level"), "{refused:#?}");
-    let told = |number: &str, words: &str| {
+    let said = |number: &str| {
         let level = format!("grains.0.placement.packed.level=\"{number}\"");
-        let folder = scratch.join(&format!("packed-{}-{}", number.len(), words.len()));
+        let folder = scratch.join(&format!("packed-{number}"));
         let options = On::threads(2).options(Some(&folder));
-        let said = heard(&load(BED, &[&level, "run.packing_only=true"]), &options).messages;
-        said.iter().any(|message| message.contains(words))
+        heard(&load(BED, &[&level, "run.packing_only=true"]), &options).messages
     };
-    assert!(told("2.4 mm", "of 300 grains are taken away") && !told("2.4 mm", "takes nothing away"));
-    assert!(told("5.50 mm", "takes nothing away"));
+    let tells = |messages: &[String], words: &str| messages.iter().any(|message| message.contains(words));
+    let taken = said("2.4 mm");
+    assert!(tells(&taken, "of 300 grains are taken away") && !tells(&taken, "takes nothing away"), "{taken:?}");
+    assert!(tells(&said("5.5 mm"), "takes nothing away"));
     // Grains that still fall are with the rank in whose part they lie: none is lost between ranks.
     let falling = scratch.join("falling");
     let changes = [LEVEL, "grains.0.placement.packed.stop=time_only"];
