@@ -242,12 +242,19 @@ impl PressureEquation {
         // Converts a residual into a volume strain in the step.
         let strain = step.dt * step.dt / step.settings.fluid.density;
         let [cut, limited] = step.domain.sum(self.limited());
-        let solved = self.solve_with(&mut Compact, &layout, ghosts, pressure, strain, &step.settings.tolerance)?;
+        let solved = self.solve_with(
+            &mut Compact,
+            &layout,
+            ghosts,
+            pressure,
+            strain,
+            (&step.settings.tolerance, Real::INFINITY),
+        )?;
         Ok(PressureReport { cut_coefficients: cut as usize, limited_rows: limited as usize, ..solved })
     }
 
     /// Solves with a `matrix`, of which the rows hold the preconditioner; `strain` converts a residual into a volume strain
-    /// in the step.
+    /// in the step. What a flow of the Courant number wants beyond what is allowed is gone for as far as iterations reach.
     ///
     /// # Errors
     /// [`PressureError`] if the residual does not fall below the tolerance.
@@ -258,7 +265,7 @@ impl PressureEquation {
         ghosts: &mut Ghosts,
         pressure: &mut [Real],
         strain: Real,
-        tolerance: &Tolerance,
+        (tolerance, courant): (&Tolerance, Real),
     ) -> Result<PressureReport, PressureError> {
         let Layout { domain, roles, owned, .. } = *layout;
         let Self { blocks, rows, coarse, residual, step, direction, product } = self;
@@ -282,6 +289,7 @@ impl PressureEquation {
         if singular {
             report.removed_mean = remove_mean(layout, rows, unknowns) * strain;
         }
+        let wanted = tolerance.at(courant);
         let Tolerance { strain: tolerance, most_iterations } = *tolerance;
         // In double precision the recursive residual is as good as the true one until it has converged.
         let control = Control { tolerance, most_iterations, margin: 1.0, trusted_fall: 0.0, most_stalls: usize::MAX };
@@ -304,10 +312,24 @@ impl PressureEquation {
             singular,
             before: None,
         };
-        let Progress { iterations, residual, .. } = iterate(&mut system, domain.max(size) * strain, &control)
+        let mut progress = iterate(&mut system, domain.max(size) * strain, &control)
             .map_err(|error| PressureError::of(&error, tolerance))?;
+        if wanted < progress.residual {
+            let most_iterations = most_iterations - progress.iterations;
+            let finer = Control { tolerance: wanted, most_iterations, ..control };
+            match iterate(&mut system, progress.residual, &finer) {
+                Ok(Progress { iterations, residual, .. }) => {
+                    progress.iterations += iterations;
+                    progress.residual = residual;
+                }
+                Err(SolveError::NotConverged { iterations, .. } | SolveError::Breakdown { iterations, .. }) => {
+                    progress.iterations += iterations;
+                }
+                Err(error @ SolveError::NotFinite { .. }) => return Err(PressureError::of(&error, tolerance)),
+            }
+        }
         ghosts.refresh(domain, pressure);
-        Ok(PressureReport { iterations, residual, ..report })
+        Ok(PressureReport { iterations: progress.iterations, residual: progress.residual, ..report })
     }
 }
 

@@ -8,10 +8,24 @@ use crate::stability::StepLimits;
 /// Stopping criterion of the pressure solver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
-    /// Largest residual, as a volume strain per step.
+    /// Largest residual, as a volume strain per step; less is wanted of slow flows ([`Self::at`]).
     pub strain: Real,
     /// Iterations after which the solver gives up.
     pub most_iterations: usize,
+}
+
+/// Courant number below which what is wanted falls with it, so that what the projection leaves stays small beside the flow.
+const SLOW: Real = 1e-3;
+/// What is wanted of the slowest flows, a volume strain per step.
+const LEAST: Real = 1e-10;
+
+impl Tolerance {
+    /// The largest residual that is wanted where the fastest particle or grain goes `courant` spacings in a step: what is allowed, in
+    /// proportion less below 1e-3, and no less than 1e-10 unless less is allowed.
+    #[must_use]
+    pub fn at(&self, courant: Real) -> Real {
+        self.strain.min((self.strain * courant / SLOW).max(LEAST))
+    }
 }
 
 impl Default for Tolerance {

@@ -118,7 +118,7 @@ impl ConjugateColumns {
         particles: &mut Particles,
         equation: &mut PressureEquation,
     ) {
-        self.closed = !self.voids.bulk().clear && step.surface.is_none() && mirrors.gates.is_empty();
+        self.closed = step.surface.is_none() && mirrors.gates.is_empty();
         let Arrangement { ghosts, bins, neighbours, .. } = near;
         let Particles { kind, role, position, velocity, owned, .. } = particles;
         let (owned, count, walls) = (*owned, kind.len(), step.forcing.wall_velocity);
@@ -431,13 +431,14 @@ impl ConjugateColumns {
         move |density, beside_surface| of(density, beside_surface) - mean
     }
 
-    /// Solves for the pressure.
+    /// Solves for the pressure, as finely as the `fastest` speed of the step's start asks [m/s].
     pub fn solve_pressure(
         &mut self,
         step: &Context<'_>,
         near: &mut Arrangement,
         particles: &mut Particles,
         equation: &mut PressureEquation,
+        fastest: Real,
     ) -> Result<PressureReport, PressureError> {
         let Arrangement { ghosts, bins, bin, .. } = near;
         let Particles { pressure, position, owned, kind, .. } = particles;
@@ -448,7 +449,8 @@ impl ConjugateColumns {
         let without_level = self.closed.then(|| step.domain.sum(sum_of(layout.owned, unknown))[0]);
         let mut matrix = Conjugate { operators, force: &mut self.force, bulk: self.voids.bulk(), without_level };
         let strain = step.dt * step.dt / step.settings.fluid.density;
-        equation.solve_with(&mut matrix, &layout, ghosts, pressure, strain, &step.settings.tolerance)
+        let courant = fastest * step.dt / step.settings.fluid.spacing;
+        equation.solve_with(&mut matrix, &layout, ghosts, pressure, strain, (&step.settings.tolerance, courant))
     }
 
     /// New velocities and positions; returns the impulse of the walls \[N s], and the kinetic energy (relative to the walls)

@@ -67,6 +67,8 @@ struct ConjugateStep<'a> {
     columns: &'a mut ConjugateColumns,
     /// Void fractions at the start of the step.
     voids: VoidReport,
+    /// Speed of the fastest particle or grain at the start of the step [m/s].
+    fastest: Real,
     report: StepReport,
 }
 
@@ -77,7 +79,7 @@ impl<'a> ConjugateStep<'a> {
         let context = Context { domain, periods, settings, kernel, surface, forcing, reduced_force, dt, flow_time: dt };
         let (columns, voids, report) = (&mut solver.conjugate, VoidReport::default(), StepReport::default());
         columns.moves_grains = grains.is_active();
-        Self { context, tank, particles, walls, near, equation, grains, columns, voids, report }
+        Self { context, tank, particles, walls, near, equation, grains, columns, voids, fastest: 0.0, report }
     }
 
     /// 1. Walls where they are at the start, owners, order in space, ghosts, lists of neighbours.
@@ -86,6 +88,7 @@ impl<'a> ConjugateStep<'a> {
         walls.begin_step(step, tank, particles);
         grains.begin_step(step, &tank.gates)?;
         let fastest = motion::largest_speed(step.domain, particles, |_| true).max(grains.largest_speed(step.domain));
+        self.fastest = fastest;
         let rates = (fastest, grains.drag_rate());
         let reaches = (grains.widest_size(), grains.smoothing());
         near.renew(step, particles, rates, reaches, &mut columns.voids.start);
@@ -152,9 +155,9 @@ impl<'a> ConjugateStep<'a> {
 
     /// 6 to 8. Right side and pressure.
     fn solve_pressure(&mut self) -> Result<(), StepError> {
-        let Self { context: step, particles, near, equation, columns, report, .. } = self;
+        let Self { context: step, particles, near, equation, columns, fastest, report, .. } = self;
         columns.set_right_side(step, particles, near, equation);
-        report.pressure = columns.solve_pressure(step, near, particles, equation)?;
+        report.pressure = columns.solve_pressure(step, near, particles, equation, *fastest)?;
         Ok(())
     }
 

@@ -4,6 +4,7 @@ mod analysis;
 mod bodies;
 mod bridges;
 mod carrying_flow;
+mod closed_water;
 mod copies;
 mod creeping;
 mod driven;
