@@ -6,7 +6,7 @@
 //! radius of influence, plus a correction on a coarse grid.
 
 use sazanami_numerics::domain::FailedElsewhere;
-use sazanami_numerics::linear::{Control, Progress, SolveError, iterate};
+use sazanami_numerics::linear::{Control, Progress, SolveError, System, iterate};
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{Rows, for_each_chunk};
 
@@ -79,6 +79,9 @@ impl PressureError {
         }
     }
 }
+
+/// Most iterations for what a slow flow wants beyond what is allowed.
+const FINER: usize = 100;
 
 /// The equation of the present step, with the work vectors of its solution.
 #[derive(Debug, Default)]
@@ -254,7 +257,7 @@ impl PressureEquation {
     }
 
     /// Solves with a `matrix`, of which the rows hold the preconditioner; `strain` converts a residual into a volume strain
-    /// in the step. What a flow of the Courant number wants beyond what is allowed is gone for as far as iterations reach.
+    /// in the step. What a flow of the Courant number wants beyond what is allowed is gone for, in [`FINER`] iterations at most.
     ///
     /// # Errors
     /// [`PressureError`] if the residual does not fall below the tolerance.
@@ -315,17 +318,19 @@ impl PressureEquation {
         let mut progress = iterate(&mut system, domain.max(size) * strain, &control)
             .map_err(|error| PressureError::of(&error, tolerance))?;
         if wanted < progress.residual {
-            let most_iterations = most_iterations - progress.iterations;
-            let finer = Control { tolerance: wanted, most_iterations, ..control };
-            match iterate(&mut system, progress.residual, &finer) {
-                Ok(Progress { iterations, residual, .. }) => {
-                    progress.iterations += iterations;
-                    progress.residual = residual;
-                }
+            let finer = Control { tolerance: wanted, most_iterations: FINER, ..control };
+            let more = match iterate(&mut system, progress.residual, &finer) {
+                Ok(Progress { iterations, residual, .. }) => (iterations, residual),
                 Err(SolveError::NotConverged { iterations, .. } | SolveError::Breakdown { iterations, .. }) => {
-                    progress.iterations += iterations;
+                    (iterations, system.evaluate())
                 }
                 Err(error @ SolveError::NotFinite { .. }) => return Err(PressureError::of(&error, tolerance)),
+            };
+            progress.iterations += more.0;
+            progress.residual = more.1;
+            if !(progress.residual <= tolerance) {
+                let Progress { iterations, residual, .. } = progress;
+                return Err(PressureError::NotConverged { iterations, residual, tolerance });
             }
         }
         ghosts.refresh(domain, pressure);

@@ -192,8 +192,8 @@ fn translate(plan: &Plan, point: &[Laid], error: &CaseError, report: &mut Diagno
 fn name(number: usize, width: usize, settings: &[(String, String)]) -> String {
     let mut name = format!("{number:0width$}");
     for (key, value) in settings {
-        // Tables and lists say too much.
-        if value.contains(['{', '[', '\n']) {
+        // Tables say too much.
+        if value.contains(['{', '\n']) {
             continue;
         }
         let key = key.rsplit('.').next().unwrap_or(key);
@@ -239,6 +239,8 @@ mod tests {
         assert_ne!(runs[0].hash, runs[1].hash);
         assert!(runs.iter().all(|run| run.needs.memory > 0.0 && run.text.contains("until = \"0.002 s\"")), "{runs:?}");
         assert_eq!(runs[1].settings, [("liquid.0.fall.speed".to_owned(), "2 m/s".to_owned())]);
+        let runs = posed("[keys]\n\"domain.cells\" = [[8, 8, 8], [16, 16, 16]]\n").unwrap();
+        assert_eq!(runs[1].name, "002-cells-16-16-16");
     }
 
     #[test]

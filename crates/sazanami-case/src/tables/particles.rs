@@ -41,7 +41,8 @@ pub struct Particles {
     /// Longest time step.
     #[key(unit = "s", range = Positive, default = StepLimits::default().longest)]
     pub dt_max: Real,
-    /// Largest residual of the pressure equation, as a volume strain in a step.
+    /// Largest residual of the pressure equation, as a volume strain in a step. Where the fastest particle or grain goes less than
+    /// 1e-3 of a spacing in a step as much less is wanted, down to 1e-10.
     #[key(range = Between(1e-15, 1e-2), default = Tolerance::default().strain)]
     pub tolerance: Real,
     /// Most iterations of the pressure solver.

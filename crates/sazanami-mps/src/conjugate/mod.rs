@@ -21,6 +21,7 @@ use crate::arrangement::Arrangement;
 use crate::boundary::Tank;
 use crate::context::{Context, Motion};
 use crate::free_surface;
+use crate::gates::Gate;
 use crate::ghosts::Ghosts;
 use crate::grains::{OverlappingGrains, VoidReport};
 use crate::matrix::{Block, CLOSE_RADIUS, Layout, Row};
@@ -82,7 +83,7 @@ pub(crate) struct ConjugateColumns {
     shares: Vec<Real>,
     /// Pressure of water at rest.
     still: Still,
-    /// Whether there is neither a surface nor a gate, but grains: nothing fixes the level of the pressure.
+    /// Whether there is neither a surface nor a gate: nothing fixes the level of the pressure.
     closed: bool,
     /// Means of `ways`.
     means: Vec<Vector>,
@@ -118,7 +119,7 @@ impl ConjugateColumns {
         particles: &mut Particles,
         equation: &mut PressureEquation,
     ) {
-        self.closed = step.surface.is_none() && mirrors.gates.is_empty();
+        self.closed = step.surface.is_none() && mirrors.gates.iter().all(Gate::is_gone);
         let Arrangement { ghosts, bins, neighbours, .. } = near;
         let Particles { kind, role, position, velocity, owned, .. } = particles;
         let (owned, count, walls) = (*owned, kind.len(), step.forcing.wall_velocity);
@@ -173,13 +174,13 @@ impl ConjugateColumns {
     }
 
     /// Takes missing neighbours out of the rows between grains that see no surface, where there is one: disorder and sizes
-    /// that differ would let the pressure leak, and the water becomes denser until nothing seems to be missing. In a box with
-    /// grains that is closed all rows are. In clear water the leak is small, and tilted water is stiller with it.
+    /// that differ would let the pressure leak, and the water becomes denser until nothing seems to be missing. In a box that is
+    /// closed all rows are. In other clear water the leak is small, and tilted water is stiller with it.
     ///
     /// There is a surface where more than [`LEAST_SURFACE`] of the fluid that is not isolated lies at it: isolated particles,
     /// and single ones inside that pass for surface, close no rows.
     pub(crate) fn close_inside_beds(&self, step: &Context<'_>, role: &[Role], rows: &mut [Row]) {
-        if self.voids.bulk().clear {
+        if self.voids.bulk().clear && !self.closed {
             return;
         }
         let unknown = &self.unknown[..];

@@ -94,8 +94,8 @@ pub(crate) struct Still {
 }
 
 impl Still {
-    /// Splits `P` off the pressure of the step before, where there are grains or the box is `closed`; its level is the lowest of that pressure beyond `rho b.x`
-    /// in the rows that see no surface, in a closed box the mean.
+    /// Splits `P` off the pressure of the step before, where there are grains or the box is `closed`; its level is the lowest of that
+    /// pressure beyond `rho b.x` in the rows that see no surface, in a closed box the mean.
     pub fn split(
         &mut self,
         step: &Context<'_>,
@@ -211,7 +211,7 @@ impl Still {
             if seen[a].diagonal > 0.0 { [seen[a].right, force[a].length_squared(), 1.0] } else { [0.0; 3] }
         }));
         let least = (LEAST_FORCE / step.settings.fluid.spacing).powi(2);
-        let level = sum / (taken + number * least);
+        let level = sum / (taken + number.max(1.0) * least);
         let divergence = &divergence[..];
         for_each_chunk(rows, ROWS, |number, rows| {
             for (row, entry) in rows.iter_mut().enumerate().filter(|(_, entry)| entry.diagonal > 0.0) {

@@ -100,6 +100,20 @@ fn ranks_agree_up_to_rounding() {
     ranks_agree(shaken());
 }
 
+/// A box full of water off its lattice, without a grain: nothing fixes the level of its pressure.
+fn full() -> Case {
+    let mut case = Case::filled([10, 8, 10], [10, 8, 10], [WALLS, PERIODIC, WALLS]);
+    case.fluid = jittered(case.fluid, 0.05);
+    case
+}
+
+#[test]
+fn a_full_box_agrees_over_threads_and_ranks_and_after_a_restart() {
+    threads_agree(&full());
+    restart_agrees(&full(), "fluid/pressure");
+    ranks_agree(full());
+}
+
 /// A solver restored from a snapshot on ranks.
 fn restored_on(case: &Case, state: &Snapshot, communicator: Box<dyn Communicator>) -> Solver {
     let domain = case.domain(communicator);

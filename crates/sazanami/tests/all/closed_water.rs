@@ -7,6 +7,9 @@ use sazanami_numerics::Real;
 const VORTICES: &str = include_str!("../cases/closed-vortices.toml");
 /// A sphere in a liquid that it moves at 20 um/s.
 const CREEPING: &str = include_str!("../cases/closed-creeping.toml");
+/// A held grain in a corner between them, where the liquid is at rest.
+const GRAIN: &str = "grains.0={ shape = { sphere = { diameter = \"1 mm\" } }, motion = \"fixed\", \
+                     placement = { list = [{ position = [\"8 mm\", \"3.5 mm\", \"8 mm\"] }] } }";
 /// Speed of the vortices \[m/s] and their wave number [1/m].
 const SPEED: Real = 0.01;
 const WAVE_NUMBER: Real = std::f64::consts::PI / 8e-3;
@@ -19,8 +22,9 @@ fn vortices_lose_what_viscosity_takes() {
         let left = ran(VORTICES, overrides, &scratch.join(name), On::threads(2));
         let energy = left.column("kinetic_energy_fluid");
         let probe = left.probe("middle");
-        let pressures = (0..8).flat_map(|n| probe.column(&format!("pressure_at_{n}")));
-        let largest = pressures.filter(|p| p.is_finite()).fold(0.0, |most: Real, p| most.max(p.abs()));
+        let pressures: Vec<Real> = (0..8).flat_map(|n| probe.column(&format!("pressure_at_{n}"))).collect();
+        assert!(pressures.len() > 500 && pressures.iter().all(|p| p.is_finite()), "{name}: {pressures:?}");
+        let largest = pressures.iter().fold(0.0, |most: Real, p| most.max(p.abs()));
         assert!(energy.windows(2).all(|pair| pair[1] <= pair[0] * (1.0 + 1e-9)), "{name}: {energy:?}");
         (energy.last().expect("rows") / energy[0], largest / (1000.0 * SPEED * SPEED))
     };
@@ -28,7 +32,9 @@ fn vortices_lose_what_viscosity_takes() {
     // Half of it was gone after 12 ms, a twelfth left between slip walls, at pressures of a million times those of the flow.
     let slip = ["boundary.x3=slip"];
     let closed = ["boundary.all=slip"];
-    for (name, overrides) in [("periodic", &[][..]), ("slip", &slip), ("closed", &closed)] {
+    // About one held grain a quarter was gone within 60 ms where viscosity takes a twenty-fifth.
+    let grain = ["material.glass.density=2500 kg/m^3", "contact.default={}", GRAIN];
+    for (name, overrides) in [("periodic", &[][..]), ("slip", &slip), ("closed", &closed), ("grain", &grain)] {
         let (energy, pressure) = left(name, overrides);
         assert!((energy / of(1e-6) - 1.0).abs() < 0.005, "{name}: {energy} for {}", of(1e-6));
         assert!(pressure < 5.0, "{name}: {pressure}");
