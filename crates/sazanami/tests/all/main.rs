@@ -5,6 +5,7 @@ mod bodies;
 mod bridges;
 mod carrying_flow;
 mod copies;
+mod craters;
 mod creeping;
 mod driven;
 mod dry;
