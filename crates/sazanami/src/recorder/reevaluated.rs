@@ -93,7 +93,7 @@ impl Beds {
         };
         found.heap = heap_settings(case).map(|settings| Heap::of(&now, &settings));
         if let Some(settings) = erosion_settings(case) {
-            found.findings.drops = drops(case);
+            (found.findings.drops, found.findings.floor) = (drops(case), case.domain.lower.z);
             let initial: Option<InitialBed> = match &before {
                 Some(before) => Erosion::of(before, &settings, None).ok().as_ref().map(Erosion::as_initial),
                 None => initial_heights(&self.snapshot),

@@ -56,21 +56,30 @@ fn splashed_grains_are_known_when_others_leave_and_come() {
 }
 
 #[test]
-fn a_held_bed_is_not_in_the_air() {
+fn a_held_bed_is_not_in_the_air_and_lies_as_high_as_it_does() {
     let scratch = Scratch::new("craters-held");
     let found = |name: &str, overrides: &[&str]| {
         let left = ran(HELD, overrides, &scratch.join(name), On::threads(1));
         let observables = &left.summary["observables"];
         let number = |of: &str, name: &str| observables[of][name].as_f64().unwrap_or_else(|| panic!("no {name}"));
-        (number("erosion", "airborne_grains"), number("erosion", "surface_grains"))
+        (
+            number("erosion", "airborne_grains"),
+            number("erosion", "surface_grains"),
+            number("erosion", "rim_height_mm"),
+            number("soaked", "level_mm"),
+        )
     };
     // The one that leaps and the one that is fed in fly; above all others of the upper layer nothing lies but one.
-    let (airborne, surface) = found("flying", &[]);
+    let (airborne, surface, rim, level) = found("flying", &[]);
     assert_eq!(airborne, 2.0);
     assert!((323.0..=325.0).contains(&surface), "{surface}");
+    // Two layers of half a millimetre, over a floor at 5 mm: spheres from above are a sixth of their size lower, and one lies on them.
+    for height in [rim, level] {
+        assert!((0.8..1.0).contains(&height), "{height}");
+    }
     // Negative control: nothing flies where nothing leaps and nothing is fed in.
     let lying = loose([0.0; 3], [0.0; 3]);
-    let (airborne, surface) =
+    let (airborne, surface, ..) =
         found("lying", &[&lying, "grains.2.placement.fed.from=20 s", "grains.2.placement.fed.until=30 s"]);
     assert_eq!(airborne, 0.0);
     assert!((324.0..=327.0).contains(&surface), "{surface}");

@@ -24,6 +24,8 @@ pub(crate) struct Findings {
     pub rests_in_the_run: Option<bool>,
     /// Number of drops that fall.
     pub drops: usize,
+    /// Height of the floor of the box \[m].
+    pub floor: Real,
     pub splash: Option<Splash>,
     pub soaked: Option<Soaked>,
     pub liquid_relative_change: Real,
@@ -60,7 +62,7 @@ impl Findings {
     pub fn observables(&self) -> Map<String, Value> {
         let mut observables = Map::new();
         if let Some(erosion) = &self.erosion {
-            let evaluated = Evaluated { erosion: erosion.clone(), known: self.known() };
+            let evaluated = Evaluated { erosion: erosion.clone(), known: self.known(), floor: self.floor };
             observables.insert("erosion".into(), Value::Object(object(EROSION, &evaluated)));
         } else if let Some(problem) = &self.no_erosion {
             observables.insert("erosion".into(), json!({ "not_evaluated": problem }));
@@ -86,6 +88,8 @@ impl Findings {
 pub(crate) struct Evaluated {
     erosion: Erosion,
     known: Known,
+    /// Height of the floor of the box \[m].
+    floor: Real,
 }
 
 impl std::ops::Deref for Evaluated {
@@ -130,7 +134,7 @@ pub(crate) const EROSION: &[Field<Evaluated>] = quantities! {
         => |erosion| json!(erosion.volume_rim.map(|volume| 1e9 * volume));
     "rim_radius_mm", "mm", "distance of the rim from the axis, L" => |erosion| json!(1e3 * erosion.crater.rim_radius);
     "rim_height_mm", "mm", "height of the rim above the floor of the box"
-        => |erosion| json!(1e3 * erosion.crater.rim_height);
+        => |erosion| json!(1e3 * (erosion.crater.rim_height - erosion.floor));
     "depth_mm", "mm", "depth of the crater below its rim, H" => |erosion| json!(1e3 * erosion.crater.depth);
     "depth_below_initial_mm", "mm", "depth of the crater below the bed's surface before the impact"
         => |erosion| json!(erosion.depth_below_initial.map(|depth| 1e3 * depth));
