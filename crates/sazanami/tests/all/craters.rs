@@ -2,10 +2,13 @@
 
 use serde_json::Value;
 
-use crate::support::{Left, On, Scratch, go_on, ran};
+use crate::support::{Left, On, Scratch, go_on, load, ran};
 
 /// Grains on a held bed in a box that is open all round: one lies, one leaps, one leaps out, one is fed in.
 const HELD: &str = include_str!("../cases/craters-held.toml");
+
+/// A drop on a bed of grains, beside the middle of the box.
+const DROP: &str = include_str!("../cases/equivalence-drop-on-bed.toml");
 
 /// The listed grains with the velocities of the two that move, in m/s.
 fn loose(leaps: [f64; 3], leaves: [f64; 3]) -> String {
@@ -83,4 +86,37 @@ fn a_held_bed_is_not_in_the_air_and_lies_as_high_as_it_does() {
         found("lying", &[&lying, "grains.2.placement.fed.from=20 s", "grains.2.placement.fed.until=30 s"]);
     assert_eq!(airborne, 0.0);
     assert!((324.0..=327.0).contains(&surface), "{surface}");
+}
+
+#[test]
+fn the_crater_is_looked_for_where_the_drop_meets_the_bed() {
+    let axes = |overrides: &[&str]| {
+        let case = load(DROP, &[&["erosion={ r_max = \"1.4 mm\" }"][..], overrides].concat()).case;
+        (case.bed.axis, case.erosion.expect("it is asked for").axis)
+    };
+    let assert_at = |overrides: &[&str], place: [f64; 2]| {
+        let (_, axis) = axes(overrides);
+        assert!((0..2).all(|d| (1e3 * axis[d] - place[d]).abs() < 1e-9), "{overrides:?}: {axis:?}, not {place:?} mm");
+    };
+    assert_at(&[], [2.0, 1.5]);
+    // Its middle is 0.8 mm above the bed, and goes as far along x2 meanwhile; or through a periodic side and in again.
+    let slanted = ["liquid.0.fall.angle=45 deg", "liquid.0.fall.heading=90 deg"];
+    assert_at(&slanted, [2.0, 2.3]);
+    let beyond = ["liquid.0.gap_above_bed=1.2 mm", "boundary={ all = \"slip\", x2 = \"periodic\" }"];
+    assert_at(&[&slanted[..], &beyond].concat(), [2.0, 0.2]);
+    // One that has a position is looked for below it.
+    let placed = "liquid=[{ region.sphere = { diameter = \"1 mm\" }, position = [\"1 mm\", \"2 mm\", \"3 mm\"], fall.speed = \"2 m/s\" }]";
+    assert_at(&[placed], [1.0, 2.0]);
+    // Negative controls: a drop in the middle, to the bit; none that falls, and two; beyond a wall; an axis that is given.
+    let middle = |overrides: &[&str]| {
+        let (bed, axis) = axes(overrides);
+        assert_eq!(axis, bed, "{overrides:?}");
+    };
+    middle(&["liquid.0.offset=[\"0 mm\", \"0 mm\"]"]);
+    middle(&["liquid.0.fall.speed=0 m/s"]);
+    let two =
+        format!("{}, {}]", placed.trim_end_matches(']'), placed.trim_start_matches("liquid=[").trim_end_matches(']'));
+    middle(&[&two]);
+    middle(&[&slanted[..], &["liquid.0.gap_above_bed=1.2 mm"]].concat());
+    assert_at(&["erosion.axis=[\"1.5 mm\", \"1.6 mm\"]"], [1.5, 1.6]);
 }
