@@ -111,7 +111,7 @@ pub struct Case {
     #[key(table, from_nothing, shared)]
     pub bed: Bed,
     /// Liquids (or bubbles) at the start; the rest is gas.
-    #[key(tables, name = "liquid")]
+    #[key(tables, shared, name = "liquid")]
     pub liquids: Vec<LiquidRegion>,
     /// Observation of the slope of a heap, if it is wanted.
     #[key(table)]

@@ -39,6 +39,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     check_late_outputs(case, cx);
     check_end_of_motion(case, cx);
     check_gauges(case, cx);
+    check_beds(case, cx);
     plausible::check(case, cx);
     check_velocity_fields(case, cx);
     check_rest(case, cx);
@@ -56,11 +57,32 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     liquids_at_walls::check(case, cx);
 }
 
+/// Whether gravity, if there is any, points elsewhere than to the floor at x3_lower.
+fn falls_elsewhere(case: &Case) -> bool {
+    let down = -case.resting_gravity();
+    down.z < 0.5 * down.length()
+}
+
+/// Warns of what is measured of beds where grains do not lie on the floor.
+fn check_beds(case: &Case, cx: &mut Context<'_>) {
+    if !falls_elsewhere(case) {
+        return;
+    }
+    for (table, what) in [("bed", "a bed is"), ("heap", "a heap is"), ("erosion", "a crater is")] {
+        // Copies of cases name `[bed]` without a bed too.
+        if let Some(span) = cx.places.of(table).filter(|_| table != "bed" || case.has_bed()) {
+            cx.report
+                .warning(Some(span), format!("{what} measured along x3, and gravity points elsewhere"))
+                .label("it is seen from x3_upper, over the floor at x3_lower")
+                .help(format!("let gravity point along -x3, or leave out `[{table}]`"));
+        }
+    }
+}
+
 /// Warns of gauges where liquid does not lie on the floor.
 fn check_gauges(case: &Case, cx: &mut Context<'_>) {
-    let down = -case.resting_gravity();
     for (number, probe) in case.probes.iter().enumerate() {
-        if matches!(probe.place, ProbePlace::Gauge(_)) && down.z < 0.5 * down.length() {
+        if matches!(probe.place, ProbePlace::Gauge(_)) && falls_elsewhere(case) {
             cx.report
                 .warning(
                     cx.places.of(&format!("probe.{number}.gauge")),

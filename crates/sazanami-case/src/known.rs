@@ -5,10 +5,13 @@ use sazanami_numerics::{Real, Vector};
 
 use crate::presets::{Preset, Solver};
 use crate::tables::{
-    Bed, BoundarySide, BoxDomain, DemOptions, Frame, Gate, GrainPlacement, Materials, Outputs, Overlap, Population,
-    RunLength, Sides,
+    Bed, BoundarySide, BoxDomain, DemOptions, Frame, Gate, GrainPlacement, LiquidRegion, Materials, Outputs, Overlap,
+    Population, RunLength, Sides,
 };
 use crate::value::Range1;
+
+/// Distance of places that are the same, over the box.
+const SAME: Real = 1e-9;
 
 /// Tables read before, under the names of their fields in [`Case`](crate::Case).
 #[derive(Clone, Debug)]
@@ -43,6 +46,8 @@ pub struct Known {
     pub overlap: Overlap,
     /// Observation of the bed.
     pub bed: Bed,
+    /// Liquids at the start read before.
+    pub liquids: Vec<LiquidRegion>,
     /// Output and its schedule.
     pub output: Outputs,
     /// Names of the probes read before.
@@ -74,6 +79,7 @@ impl Default for Known {
                 height_radius: Real::NAN,
                 axis: [Real::NAN; 2],
             },
+            liquids: Vec::new(),
             output: Outputs::default(),
             probe_names: Vec::new(),
             is_damaged: false,
@@ -86,6 +92,25 @@ impl Known {
     pub fn has_bed(&self) -> bool {
         let forms = |p: &Population| matches!(p.placement, GrainPlacement::Packed(_) | GrainPlacement::Bed(_));
         self.grains.iter().any(forms)
+    }
+
+    /// Where the only liquid that falls meets the bed; the axis of the bed where none or several do, or that place is not in the box \[m].
+    pub fn impact(&self) -> [Real; 2] {
+        let axis = self.bed.axis;
+        let mut falling = self.liquids.iter().filter(|liquid| liquid.falls());
+        let (Some(drop), None) = (falling.next(), falling.next()) else { return axis };
+        let Some(mut place) = drop.meets_bed(axis) else { return axis };
+        let (lower, extent) = (self.domain.lower, self.domain.extent());
+        for d in 0..2 {
+            let repeats = self.boundary[d][0] == BoundarySide::Periodic;
+            if repeats && !(0.0..=extent[d]).contains(&(place[d] - lower[d])) {
+                place[d] = lower[d] + (place[d] - lower[d]).rem_euclid(extent[d]);
+            }
+        }
+        // The axis itself, but for the rounding of its place.
+        let is_apart = (0..2).any(|d| (place[d] - axis[d]).abs() > SAME * extent[d]);
+        let is_inside = !self.domain.excludes(Vector::new(place[0], place[1], lower.z));
+        if is_apart && is_inside { place } else { axis }
     }
 
     /// Lengths of what is observed: no longer than the box.

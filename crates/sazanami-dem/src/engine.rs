@@ -310,6 +310,27 @@ impl Engine {
         self.largest_overlap_allowed = largest_overlap;
     }
 
+    /// The grains of this rank in their present places, at rest.
+    #[must_use]
+    pub fn at_rest(&self) -> Vec<Grain> {
+        let grains = self.grains();
+        (0..grains.owned())
+            .map(|g| Grain {
+                id: grains.id[g],
+                shape: grains.shape[g],
+                material: grains.material[g],
+                scale: grains.scale[g],
+                density: grains.mass[g] / (self.bodies()[grains.shape[g] as usize].volume * grains.scale[g].powi(3)),
+                mass: Some(grains.mass[g]),
+                motion: grains.motion[g],
+                position: grains.position[g],
+                orientation: grains.orientation[g],
+                velocity: Vector::ZERO,
+                angular_velocity: Vector::ZERO,
+            })
+            .collect()
+    }
+
     /// Walls, where they are now.
     #[must_use]
     pub fn walls(&self) -> &[Wall] {

@@ -483,23 +483,7 @@ impl Packing {
     /// The grains of this rank in their present places, at rest.
     #[must_use]
     pub fn bed(&self) -> Vec<Grain> {
-        let grains = self.engine.grains();
-        (0..grains.owned())
-            .map(|g| Grain {
-                id: grains.id[g],
-                shape: grains.shape[g],
-                material: grains.material[g],
-                scale: grains.scale[g],
-                density: grains.mass[g]
-                    / (self.engine.bodies()[grains.shape[g] as usize].volume * grains.scale[g].powi(3)),
-                mass: Some(grains.mass[g]),
-                motion: grains.motion[g],
-                position: grains.position[g],
-                orientation: grains.orientation[g],
-                velocity: Vector::ZERO,
-                angular_velocity: Vector::ZERO,
-            })
-            .collect()
+        self.engine.at_rest()
     }
 }
 

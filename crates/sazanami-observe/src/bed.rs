@@ -25,6 +25,10 @@ pub struct Body<'a> {
 pub struct BedView<'a> {
     /// Shapes that `body` refers to.
     pub bodies: &'a [Body<'a>],
+    /// Identifier of each grain.
+    pub id: &'a [u64],
+    /// Whether each grain is held or has a given motion: contacts between such grains are not looked at, and none of them is in the air.
+    pub held: &'a [bool],
     /// Shape of each grain.
     pub body: &'a [u32],
     /// Size factor of each grain against its shape.
@@ -177,6 +181,8 @@ pub(crate) mod test_bed {
         /// At time 1.
         pub last_contact: Option<Vec<Real>>,
         pub mass: Vec<Real>,
+        pub id: Vec<u64>,
+        pub held: Vec<bool>,
         body: Vec<u32>,
         scale: Vec<Real>,
     }
@@ -193,6 +199,8 @@ pub(crate) mod test_bed {
                 orientation: vec![Quaternion::IDENTITY; count],
                 last_contact: Some(vec![1.0; count]),
                 mass: vec![1e-7; count],
+                id: (0..count as u64).collect(),
+                held: vec![false; count],
                 body: vec![0; count],
                 scale: vec![1.0; count],
                 position,
@@ -217,11 +225,30 @@ pub(crate) mod test_bed {
             Self::new(diameter, position)
         }
 
+        /// The bed without the grain in a place of its order.
+        pub fn without(mut self, grain: usize) -> Self {
+            fn take<T>(column: &mut Vec<T>, grain: usize) {
+                drop(column.remove(grain));
+            }
+            take(&mut self.position, grain);
+            take(&mut self.velocity, grain);
+            take(&mut self.orientation, grain);
+            take(&mut self.mass, grain);
+            take(&mut self.id, grain);
+            take(&mut self.held, grain);
+            take(&mut self.body, grain);
+            take(&mut self.scale, grain);
+            self.last_contact.iter_mut().for_each(|times| take(times, grain));
+            self
+        }
+
         pub fn view<R>(&self, look: impl FnOnce(&BedView) -> R) -> R {
             let bodies =
                 [Body { nodes: &self.nodes, triangles: &self.triangles, long_axis: Some(Vector::new(0.0, 0.0, 1.0)) }];
             look(&BedView {
                 bodies: &bodies,
+                id: &self.id,
+                held: &self.held,
                 body: &self.body,
                 scale: &self.scale,
                 mass: &self.mass,

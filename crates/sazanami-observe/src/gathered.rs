@@ -1,7 +1,7 @@
 //! The grains of all ranks in one place.
 
 use bytemuck::{Pod, Zeroable};
-use sazanami_dem::Grains;
+use sazanami_dem::{Grains, Motion};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
 use sazanami_numerics::{Quaternion, Real, Vector};
@@ -13,7 +13,8 @@ use crate::{BedView, Body};
 #[repr(C)]
 struct Record {
     id: u64,
-    body: u64,
+    body: u32,
+    held: u32,
     scale: Real,
     mass: Real,
     position: [Real; 3],
@@ -25,6 +26,10 @@ struct Record {
 /// Grains as columns that observers look at, each with a value per grain.
 #[derive(Clone, Debug, Default)]
 pub struct BedColumns {
+    /// Identifier.
+    pub id: Vec<u64>,
+    /// Whether the grain is held or has a given motion.
+    pub held: Vec<bool>,
     /// Number of the grain's shape among those of [`Self::view`].
     pub body: Vec<u32>,
     /// Factor on the shape.
@@ -49,6 +54,8 @@ impl BedColumns {
     pub fn view<'a>(&'a self, bodies: &'a [Body<'a>]) -> BedView<'a> {
         BedView {
             bodies,
+            id: &self.id,
+            held: &self.held,
             body: &self.body,
             scale: &self.scale,
             mass: &self.mass,
@@ -66,8 +73,6 @@ impl BedColumns {
 /// Keep one and gather into it again: its columns keep their memory.
 #[derive(Clone, Debug, Default)]
 pub struct GatheredBed {
-    /// Identifiers.
-    pub id: Vec<u64>,
     /// State of the grains, in the order of their identifiers.
     pub grains: BedColumns,
 }
@@ -85,8 +90,9 @@ impl GatheredBed {
             column.clear();
             column.extend(records.iter().map(value));
         }
-        refill(&mut self.id, records, |r| r.id);
-        refill(&mut self.grains.body, records, |r| r.body as u32);
+        refill(&mut self.grains.id, records, |r| r.id);
+        refill(&mut self.grains.held, records, |r| r.held != 0);
+        refill(&mut self.grains.body, records, |r| r.body);
         refill(&mut self.grains.scale, records, |r| r.scale);
         refill(&mut self.grains.mass, records, |r| r.mass);
         refill(&mut self.grains.position, records, |r| r.position.into());
@@ -104,7 +110,8 @@ impl GatheredBed {
     /// Writes the bed as it lies into a snapshot under names that begin with `prefix`.
     pub fn save(&self, prefix: &str, snapshot: &mut Snapshot) {
         let name = |part: &str| format!("{prefix}{part}");
-        snapshot.put_u64(name("id"), self.id.clone());
+        snapshot.put_u64(name("id"), self.grains.id.clone());
+        snapshot.put_bytes(name("held"), self.grains.held.iter().map(|&held| u8::from(held)).collect());
         snapshot.put_u32(name("shape"), self.grains.body.clone());
         snapshot.put_reals(name("scale"), self.grains.scale.clone());
         snapshot.put_reals(name("mass"), self.grains.mass.clone());
@@ -132,7 +139,13 @@ impl GatheredBed {
         if body.len() != count {
             return Err(SnapshotError::Length { name: name("shape"), expected: count, found: body.len() });
         }
+        let held = snapshot.bytes(&name("held"))?;
+        if held.len() != count {
+            return Err(SnapshotError::Length { name: name("held"), expected: count, found: held.len() });
+        }
         let grains = BedColumns {
+            held: held.iter().map(|&held| held != 0).collect(),
+            id,
             body,
             scale: reals("scale", 1)?.to_vec(),
             mass: reals("mass", 1)?.to_vec(),
@@ -142,14 +155,15 @@ impl GatheredBed {
             last_contact: reals("last_contact", 1)?.to_vec(),
             time: snapshot.reals_of(&name("time"), 1)?[0],
         };
-        Ok(Self { id, grains })
+        Ok(Self { grains })
     }
 }
 
 fn record(grains: &Grains, i: usize) -> Record {
     Record {
         id: grains.id[i],
-        body: u64::from(grains.shape[i]),
+        body: grains.shape[i],
+        held: u32::from(grains.motion[i] != Motion::Free),
         scale: grains.scale[i],
         mass: grains.mass[i],
         position: grains.position[i].to_array(),
@@ -168,6 +182,7 @@ mod tests {
         let record = |id: u64, last_contact: Real| Record {
             id,
             body: 1,
+            held: u32::from(id == 8),
             scale: 0.9,
             mass: 2e-7,
             position: [1.0, 2.0, id as Real],

@@ -162,7 +162,7 @@ impl Heap {
     /// The same of a bed that does not repeat.
     fn about_axis(bed: &BedView, settings: &HeapSettings) -> Result<Self, HeapError> {
         let lying = lying(bed, settings);
-        let airborne = bed.len() - lying.len();
+        let airborne = airborne(bed, &lying);
         let bands = bands(bed, &lying, settings);
         let d = settings.grain_size;
         let profile = |part: usize| -> Vec<(Real, Real)> {
@@ -222,6 +222,12 @@ fn lying(bed: &BedView, settings: &HeapSettings) -> Vec<usize> {
     let flight = FLIGHT * (settings.grain_size / settings.gravity).sqrt();
     let touches = |grain: usize| bed.time_since_contact(grain).is_some_and(|age| age <= flight);
     (0..bed.len()).filter(|&grain| linked[grain] || touches(grain)).collect()
+}
+
+/// Number of grains in the air: neither among the `lying` ones nor held, as a funnel above the heap is.
+fn airborne(bed: &BedView, lying: &[usize]) -> usize {
+    let free = |grain: &usize| !bed.held[*grain];
+    (0..bed.len()).filter(free).count() - lying.iter().copied().filter(free).count()
 }
 
 /// The bands about the axis, out to where they reach the nearest side of the box or, of a ridge, the farthest.

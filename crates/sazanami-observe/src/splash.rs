@@ -4,7 +4,8 @@
 //! highest point of the bed before the impact. Neither a heaved rim (lower) nor a grain that rolls or
 //! slides away (never up there) is a splash. Once splashed, a grain stays so wherever it lands. A hop
 //! shorter than the time between two observations can be missed, so observe often while grains fly.
-//! Grains that are in the air before the impact neither raise the bed nor are ever splashed.
+//! Grains that are in the air before the impact neither raise the bed nor are ever splashed, and neither are grains that are fed in
+//! later, held, or moved in a given way. A grain that leaves the box stays what it was when it was seen last: splashed, or not.
 
 use sazanami_numerics::Real;
 use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
@@ -25,7 +26,9 @@ pub struct SplashTracker {
     axis: Horizontal,
     bed_top: Real,
     threshold: Real,
-    /// Fate of each grain.
+    /// The grains before the impact, in the order of their identifiers: identifier, mass \[kg] and fate of each.
+    id: Vec<u64>,
+    mass: Vec<Real>,
     fate: Vec<u8>,
     farthest: Real,
     highest: Real,
@@ -78,7 +81,8 @@ impl SplashTracker {
         let bed_top = lying.map(|grain| bed.top_of(grain)).fold(Real::NEG_INFINITY, Real::max);
         let threshold = bed_top + grain_size;
         let fate = linked.iter().map(|&linked| if linked { IN_BED } else { ALREADY_FLYING }).collect();
-        Self { axis, bed_top, threshold, fate, farthest: 0.0, highest: threshold }
+        let (id, mass) = (bed.id.to_vec(), bed.mass.to_vec());
+        Self { axis, bed_top, threshold, id, mass, fate, farthest: 0.0, highest: threshold }
     }
 
     /// Height above which a centre counts as splashed \[m].
@@ -87,22 +91,20 @@ impl SplashTracker {
         self.threshold
     }
 
-    /// Observes the bed now: the same grains in the same order as at the start.
-    ///
-    /// # Panics
-    /// If the number of grains differs.
+    /// Observes the bed now. Grains may have left it or come to it since the start.
     pub fn observe(&mut self, bed: &BedView) -> Splash {
-        assert_eq!(bed.len(), self.fate.len(), "a bed is observed with the grains it had at the start");
-        let above = |grain: usize| bed.position[grain].z > self.threshold;
+        let places = self.places(bed);
+        let above = |place: usize| bed.position[place].z > self.threshold && !bed.held[place];
         for_each_chunk(&mut self.fate[..], GRAINS_AT_ONCE, |number, fate| {
-            for (n, fate) in fate.iter_mut().enumerate() {
-                if *fate == IN_BED && above(number * GRAINS_AT_ONCE + n) {
+            let places = &places[number * GRAINS_AT_ONCE..];
+            for (fate, place) in fate.iter_mut().zip(places) {
+                if *fate == IN_BED && place.is_some_and(above) {
                     *fate = SPLASHED;
                 }
             }
         });
-        let found =
-            reduce_over(bed.len().div_ceil(GRAINS_AT_ONCE), |number| self.of_chunk(bed, number), SplashSums::and);
+        let of_chunk = |number| self.of_chunk(bed, &places, number);
+        let found = reduce_over(self.id.len().div_ceil(GRAINS_AT_ONCE), of_chunk, SplashSums::and);
         let SplashSums { mut splash, farthest, highest } = found.unwrap_or_default();
         (self.farthest, self.highest) = (self.farthest.max(farthest), self.highest.max(highest));
         if splash.grains > 0 {
@@ -112,13 +114,24 @@ impl SplashTracker {
         splash
     }
 
-    /// Splashed grains of a chunk of grains.
-    fn of_chunk(&self, bed: &BedView, number: usize) -> SplashSums {
-        let grains = number * GRAINS_AT_ONCE..((number + 1) * GRAINS_AT_ONCE).min(bed.len());
+    /// Place in `bed` of each grain from before the impact; none of one that has left. Both are in the order of identifiers.
+    fn places(&self, bed: &BedView) -> Vec<Option<usize>> {
+        let mut next = 0;
+        let place = |&id: &u64| {
+            next += bed.id[next..].iter().take_while(|&&other| other < id).count();
+            (bed.id.get(next) == Some(&id)).then_some(next)
+        };
+        self.id.iter().map(place).collect()
+    }
+
+    /// Splashed grains of a chunk of the grains from before the impact.
+    fn of_chunk(&self, bed: &BedView, places: &[Option<usize>], number: usize) -> SplashSums {
+        let grains = number * GRAINS_AT_ONCE..((number + 1) * GRAINS_AT_ONCE).min(self.id.len());
         grains.filter(|&grain| self.fate[grain] == SPLASHED).fold(SplashSums::default(), |mut found, grain| {
-            let position = bed.position[grain];
             found.splash.grains += 1;
-            found.splash.mass += bed.mass[grain];
+            found.splash.mass += self.mass[grain];
+            let Some(place) = places[grain] else { return found };
+            let position = bed.position[place];
             found.splash.above_now += usize::from(position.z > self.threshold);
             found.farthest = found.farthest.max((position.x - self.axis[0]).hypot(position.y - self.axis[1]));
             found.highest = found.highest.max(position.z);
@@ -128,6 +141,8 @@ impl SplashTracker {
 
     /// Writes the state into a snapshot.
     pub fn save(&self, snapshot: &mut Snapshot) {
+        snapshot.put_u64("splash.id", self.id.clone());
+        snapshot.put_reals("splash.mass", self.mass.clone());
         snapshot.put_bytes("splash.splashed", self.fate.clone());
         let numbers = [self.axis[0], self.axis[1], self.bed_top, self.threshold, self.farthest, self.highest];
         snapshot.put_reals("splash.numbers", numbers.to_vec());
@@ -138,12 +153,20 @@ impl SplashTracker {
     /// # Errors
     /// [`SnapshotError`] if it is not there.
     pub fn restore(snapshot: &Snapshot) -> Result<Self, SnapshotError> {
+        let id = snapshot.u64("splash.id")?.to_vec();
+        let mass = snapshot.reals_of("splash.mass", id.len())?.to_vec();
         let fate = snapshot.bytes("splash.splashed")?.to_vec();
+        if fate.len() != id.len() {
+            let (name, expected, found) = ("splash.splashed".to_owned(), id.len(), fate.len());
+            return Err(SnapshotError::Length { name, expected, found });
+        }
         let numbers = snapshot.reals_of("splash.numbers", 6)?;
         Ok(Self {
             axis: [numbers[0], numbers[1]],
             bed_top: numbers[2],
             threshold: numbers[3],
+            id,
+            mass,
             fate,
             farthest: numbers[4],
             highest: numbers[5],
@@ -155,6 +178,7 @@ impl SplashTracker {
 mod tests {
     use super::*;
     use crate::bed::test_bed::Bed;
+    use sazanami_numerics::Vector;
 
     const D: Real = 0.5e-3;
 
@@ -198,6 +222,38 @@ mod tests {
         assert_eq!(bed.view(|view| tracker.observe(view)), Splash::default());
         bed.position[5].z = 3e-3;
         assert_eq!(bed.view(|view| tracker.observe(view)).grains, 1);
+    }
+
+    #[test]
+    fn a_grain_that_leaves_stays_what_it_was() {
+        let (mut bed, mut tracker) = start();
+        let mut unaware = tracker.clone();
+        bed.position[3].z = 3e-3;
+        let flying = bed.view(|view| tracker.observe(view));
+        assert_eq!((flying.grains, flying.above_now, flying.mass), (1, 1, 1e-7));
+        // It leaves, and with it one that lies in the bed.
+        let mut rest = bed.without(3).without(7);
+        let left = rest.view(|view| tracker.observe(view));
+        assert_eq!(left, Splash { above_now: 0, ..flying });
+        // The others are still known by their identifiers: the next one, in the place of the first, is splashed too.
+        rest.position[3].z = 4e-3;
+        let second = rest.view(|view| tracker.observe(view));
+        assert_eq!((second.grains, second.above_now, second.mass), (2, 1, 2e-7));
+        // Negative control: one that left before it was seen in the air is none.
+        assert_eq!(rest.view(|view| unaware.observe(view)).grains, 1);
+    }
+
+    #[test]
+    fn grains_that_are_fed_in_or_held_are_no_splash() {
+        let (bed, mut tracker) = start();
+        let mut fed = Bed::new(D, bed.position.iter().copied().chain([Vector::new(0.0, 0.0, 9e-3)]).collect());
+        assert_eq!(fed.view(|view| tracker.observe(view)), Splash::default());
+        fed.position[5].z = 9e-3;
+        fed.held[5] = true;
+        assert_eq!(fed.view(|view| tracker.observe(view)), Splash::default());
+        // Negative control: the same grain of the bed, once it is let go.
+        fed.held[5] = false;
+        assert_eq!(fed.view(|view| tracker.observe(view)).grains, 1);
     }
 
     #[test]

@@ -186,20 +186,26 @@ mod tests {
 
     #[test]
     fn a_value_that_stands_twice_is_warned_of() {
-        let warned = |values: &str| {
-            let read = plan(&format!("case = \"a.toml\"\n[keys]\n\"a\" = {values}\n")).unwrap();
+        let warned = |values: &str, points: &str| {
+            let read = plan(&format!("case = \"a.toml\"\n{points}\n[keys]\n\"a\" = {values}\n")).unwrap();
             let (warnings, source) = read.warnings();
             warnings.records(source).into_iter().map(|record| record.message).collect::<Vec<_>>()
         };
         for values in
             ["[0.5, 0.5, 1.0]", "[\"1 ms\", \"2 ms\", \"0.001 s\"]", "[{ b = 1 }, { b = 1 }]", "[1, 2, 1_0, 10]"]
         {
-            let found = warned(values);
+            let found = warned(values, "");
             assert!(found.len() == 1 && found[0].contains("is there already"), "{values}: {found:?}");
         }
+        // Where keys are zipped points are compared: the second has one value of the first, the third both.
+        let zipped =
+            |values: &str| warned(&format!("[1, 1, 1]\n\"b\" = {values}\n[set]\n\"c\" = 1"), "points = \"zip\"");
+        let found = zipped("[1, 2, 1]");
+        assert!(found == ["this point is there already, as point 1"], "{found:?}");
         // Negative control.
+        assert!(zipped("[1, 2, 3]").is_empty() && zipped("{ from = 1, to = 2, count = 3 }").is_empty());
         for values in ["[0.5, 1.0]", "[\"1 ms\", \"1 mm\"]", "[true, false]"] {
-            assert!(warned(values).is_empty(), "{values}");
+            assert!(warned(values, "").is_empty(), "{values}");
         }
     }
 }

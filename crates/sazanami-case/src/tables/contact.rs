@@ -78,7 +78,9 @@ struct ContactKeys {
     /// Coefficient of the dashpot along the tangent.
     #[key(unit = "N s/m", range = NonNegative, says = "as along the normal")]
     tangential_damping: Option<Real>,
-    /// Restitution coefficient, in place of the dashpot's coefficients: it follows from this and the grains' masses. The default is for
+    /// Restitution coefficient, in place of the dashpot's coefficients: it follows from this and the grains' masses. It
+    /// is that of a single contact: a body that touches with N contact spheres at once is damped as by sqrt(N) such dashpots, and rebounds
+    /// less. The default is for
     /// contacts with `damping_ratio` alone.
     #[key(range = Between(1e-3, 1.0), meant = RESTITUTION)]
     restitution: Option<Real>,

@@ -86,7 +86,7 @@ struct PlacementKeys {
     /// Instead of `position`: height of the shape's lowest point above H_s.
     #[key(unit = "m")]
     gap_above_bed: Option<Real>,
-    /// Offset in x1 and x2 from the axis `bed.axis`, with `above_bed` or `gap_above_bed`.
+    /// Offset in x1 and x2 from the axis `bed.axis`, near which H_s is taken; with `above_bed` or `gap_above_bed`.
     #[key(unit = "m", says = "none")]
     offset: Option<[Real; 2]>,
 }
@@ -169,6 +169,27 @@ impl LiquidRegion {
             Placement::Absolute(position) => Some(position.z + self.region.heights()[1]),
             Placement::AboveBed { .. } => None,
         }
+    }
+
+    /// Whether it falls at the start.
+    pub(crate) fn falls(&self) -> bool {
+        self.fluid == FluidName::Liquid && self.velocity.z < 0.0
+    }
+
+    /// Where its middle comes to the height H_s of the bed as it falls on along its way, with `axis` that of the bed \[m]; where it
+    /// starts if its height above the bed is not given. `None` if it has no middle.
+    pub(crate) fn meets_bed(&self, axis: [Real; 2]) -> Option<[Real; 2]> {
+        let (lower, upper) = self.region.bounds()?;
+        let middle = 0.5 * (lower + upper);
+        let (place, height) = match self.placement {
+            Placement::Absolute(origin) => ([origin.x, origin.y], 0.0),
+            Placement::AboveBed { height, to_bottom, offset } => {
+                let above = if to_bottom { height - lower.z } else { height };
+                ([axis[0] + offset[0], axis[1] + offset[1]], (above + middle.z).max(0.0))
+            }
+        };
+        let time = height / -self.velocity.z;
+        Some([0, 1].map(|d| place[d] + middle[d] + time * self.velocity[d]))
     }
 
     fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {

@@ -34,7 +34,7 @@ pub struct Bed {
     #[key(unit = "m", within = cx.known.lengths(), default = height_radius(cx),
           says = "two of the largest grains by their usual size; at most half the diagonal of the box, at least a hundred-thousandth of it")]
     pub height_radius: Real,
-    /// Axis in x1 and x2.
+    /// Axis in x1 and x2, near which H_s is taken and from which the `offset` of liquids counts.
     #[key(unit = "m", default = cx.known.domain.middle(), says = "middle of the box")]
     pub axis: [Real; 2],
 }
@@ -134,8 +134,9 @@ pub struct Erosion {
     #[key(word, default = CountedGrains::Surface, paper_literal = (Yagyu, CountedGrains::All,
           "the wording counts all grains of a cell, not only those at the surface"))]
     pub mode: CountedGrains,
-    /// Axis in x1 and x2.
-    #[key(unit = "m", default = cx.known.bed.axis, says = "`bed.axis`")]
+    /// Axis in x1 and x2. The default is where the only liquid that falls comes to the height H_s with its middle, as it goes on along its
+    /// way; one with a `position`, whose height above the bed is not given, where it starts.
+    #[key(unit = "m", default = cx.known.impact(), says = "where the drop meets the bed; `bed.axis` with no drop or several")]
     pub axis: [Real; 2],
 }
 
@@ -160,7 +161,7 @@ fn cells(grain_size: Real, cx: &Context<'_>) -> Range1 {
 
 impl Erosion {
     fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
-        check_axis("crater", self.axis, table, "leave out `axis` for that of the bed", cx);
+        check_axis("crater", self.axis, table, "leave out `axis` for the place where the drop meets the bed", cx);
         // The coarsest smoothing of the evaluation takes layers 1.6 times as thick, and two of them.
         if self.dr * 3.2 > self.r_max {
             cx.report

@@ -41,7 +41,7 @@ pub struct Packing {
     #[key(range = Between(0.0, 0.5), default = PACKING.jitter)]
     pub jitter: Real,
     /// Height above the floor at which the packed bed is levelled: grains that reach above are taken away, and the others come to
-    /// rest once more (on a grid without fluid, in half a second at most, from contacts without memory). Without `count` as many
+    /// rest once more (on a grid without fluid, in half a second at most, from contacts without memory; open sides hold them until the run begins). Without `count` as many
     /// grains are packed as fill it.
     #[key(unit = "m", range = Positive)]
     pub level: Option<Real>,

@@ -54,6 +54,9 @@ const LARGEST_BAR: Real = 0.2;
 /// Doubt about a rim that lies at the end of the surface that is looked at.
 pub const RIM_AT_EDGE: &str = "the rim lies at the edge of the box or at `erosion.r_max`";
 
+/// Doubt about a rim that is no whole ring.
+pub const RIM_CUT: &str = "sides of the box cut the rim: it is measured where it lies within";
+
 /// Doubt about a crater that still changes.
 pub const NOT_AT_REST: &str = "the crater has not come to rest";
 /// What speaks against the volume of a hollow that is the roughness of the bed ([`is_crater`]).
@@ -260,6 +263,8 @@ pub struct Erosion {
     pub surface: Profile,
     /// Crater found in it.
     pub crater: Crater,
+    /// Whether the rim reaches over sides of the box.
+    pub rim_cut: bool,
     /// Smallest and largest volume over three bandwidths and with the rim half a bandwidth nearer and farther [m^3].
     pub volume_range: [Real; 2],
     /// The same of the volume below the plane of the rim [m^3].
@@ -315,6 +320,8 @@ impl Erosion {
         let mut crater = crater_of(&surface).ok_or(ErosionError::NoSurface)?;
         // A parabola on one side may bend before the end.
         crater.rim_at_edge |= crater.rim_radius > settings.largest_radius - 0.5 * bandwidth;
+        let &ErosionSettings { axis, lower, upper, .. } = settings;
+        let rim_cut = (0..2).any(|d| crater.rim_radius > (axis[d] - lower[d]).min(upper[d] - axis[d]));
         let smoothings: Vec<Crater> =
             SMOOTHINGS.into_iter().filter_map(|n| crater_of(&surface_with(n * bandwidth))).collect();
         let rims = [-0.5, 0.5].map(|n| crater.rim_radius + n * bandwidth);
@@ -329,6 +336,7 @@ impl Erosion {
             .map(|initial| volumes_against(&surface, |n| initial.heights.get(n).copied().unwrap_or(settings.floor)));
         Ok(Self {
             crater,
+            rim_cut,
             grain_size: settings.grain_size,
             volume_range,
             below_rim_range,
@@ -400,6 +408,9 @@ impl Erosion {
         }
         if self.crater.rim_at_edge {
             found.push(RIM_AT_EDGE.to_owned());
+        }
+        if self.rim_cut {
+            found.push(RIM_CUT.to_owned());
         }
         if known.at_rest == Some(false) {
             found.push(NOT_AT_REST.to_owned());
@@ -659,6 +670,23 @@ mod tests {
         let linked = bed
             .view(|view| Erosion::of(view, &ErosionSettings { grain_size: 0.2, pixel: D / 8.0, ..settings() }, None));
         assert!(linked.unwrap().crater.rim_height > still.rim_height + 0.5 * D);
+    }
+
+    #[test]
+    fn a_rim_over_the_sides_of_the_box_is_doubted() {
+        // Craters about a place that is nearer to a side than their rim, or the middle: the negative control.
+        for (x, is_cut) in [(-HALF + 3e-3, true), (0.0, false)] {
+            let mut bed = Bed::columns(D, HALF, 3, |_| LEVEL);
+            let pit = cap(5.85e-3, 2.35e-3, 0.6e-3, 0.2);
+            bed.position.iter_mut().for_each(|place| place.z += pit((place.x - x).hypot(place.y)) - LEVEL);
+            for periodic in [false, true] {
+                let settings = ErosionSettings { axis: [x, 0.0], periodic: [periodic, false], ..settings() };
+                let erosion = bed.view(|view| Erosion::of(view, &settings, None)).unwrap();
+                assert_eq!(erosion.rim_cut, is_cut && !periodic, "{x} {periodic}");
+                let doubts = erosion.doubts_below_rim(Known::default());
+                assert_eq!(doubts.iter().any(|doubt| doubt == RIM_CUT), is_cut && !periodic, "{doubts:?}");
+            }
+        }
     }
 
     #[test]

@@ -32,7 +32,7 @@ pub(super) struct SurfaceGrains {
 impl SurfaceGrains {
     pub fn of(bed: &BedView, settings: &ErosionSettings) -> Self {
         let bounds = bed.bounds();
-        let (airborne, map) = sort_out(bed, &bounds, settings);
+        let (of_bed, map) = sort_out(bed, &bounds, settings);
         let counts = match settings.counted {
             CountedGrains::Surface => {
                 map.pixels_seen(bed.len()).iter().map(|&n| n >= settings.exposed_pixels).collect()
@@ -40,32 +40,34 @@ impl SurfaceGrains {
             CountedGrains::All => vec![true; bed.len()],
         };
         let tops = (0..bed.len())
-            .filter(|&grain| counts[grain] && !airborne[grain])
+            .filter(|&grain| counts[grain] && of_bed[grain])
             .map(|grain| GrainTop { x: bed.position[grain].x, y: bed.position[grain].y, height: bounds[grain].1.z })
             .collect();
-        let flying = || (0..bed.len()).filter(|&grain| airborne[grain]);
+        let flying = || (0..bed.len()).filter(|&grain| !of_bed[grain] && !bed.held[grain]);
         let airborne_volume = flying().map(|grain| bed.volume_of(grain)).sum();
         Self { tops, airborne: flying().count(), airborne_volume, map }
     }
 }
 
-/// Tells the grains in the air from the bed, and maps the bed.
+/// Tells which grains belong to the bed, and maps it.
 ///
-/// A grain is in the air if it belongs to a group of close grains that is not linked to the bed, or
-/// moves fast without contact, or had no contact for a while and is clear of the bed below it.
+/// A grain does not if it belongs to a group of close grains that is not linked to the bed. A grain that forces move is also in the air
+/// if it moves fast without contact, or had no contact for a while and is clear of the bed below it. Held grains and those of given
+/// motion are never in the air: those linked to the bed belong to it whatever they touched and however they move, and others, which
+/// hang above it or stand beside it, are no part of it.
 fn sort_out(bed: &BedView, bounds: &[(Vector, Vector)], settings: &ErosionSettings) -> (Vec<bool>, HeightMap) {
     let linked = linked(bounds, settings.grain_size / 4.0);
     let mut map = HeightMap::new(settings.lower, settings.upper, settings.pixel);
-    let mut airborne: Vec<bool> = linked.iter().map(|&linked| !linked).collect();
+    let mut of_bed = linked;
     let (mut in_contact, mut doubtful) = (Vec::new(), Vec::new());
     // Before the first step no grain has had a contact: that says nothing about what lies where.
     let contacts_known = (0..bed.len()).any(|grain| bed.time_since_contact(grain).is_some_and(Real::is_finite));
-    for (grain, flies) in airborne.iter_mut().enumerate() {
-        let age = bed.time_since_contact(grain).filter(|_| contacts_known).unwrap_or(0.0);
-        *flies |= age > settings.touching_within && bed.velocity[grain].length() > settings.airborne_speed;
-        if !*flies && age > settings.airborne_after {
+    for (grain, lies) in of_bed.iter_mut().enumerate() {
+        let age = bed.time_since_contact(grain).filter(|_| contacts_known && !bed.held[grain]).unwrap_or(0.0);
+        *lies &= age <= settings.touching_within || bed.velocity[grain].length() <= settings.airborne_speed;
+        if *lies && age > settings.airborne_after {
             doubtful.push(grain);
-        } else if !*flies {
+        } else if *lies {
             in_contact.push(grain);
         }
     }
@@ -74,11 +76,11 @@ fn sort_out(bed: &BedView, bounds: &[(Vector, Vector)], settings: &ErosionSettin
     for &grain in &doubtful {
         let (lower, upper) = bounds[grain];
         let bed_top = map.highest_within([lower.x, lower.y], [upper.x, upper.y]).unwrap_or(settings.floor);
-        airborne[grain] = lower.z > bed_top + settings.grain_size;
+        of_bed[grain] = lower.z <= bed_top + settings.grain_size;
     }
-    doubtful.retain(|&grain| !airborne[grain]);
+    doubtful.retain(|&grain| of_bed[grain]);
     map.add(bed, bounds, &doubtful);
-    (airborne, map)
+    (of_bed, map)
 }
 
 /// Whether each grain belongs to the bed: the largest group of grains close to each other, within half a grain size.
@@ -223,7 +225,9 @@ mod tests {
         velocities.push(velocity);
         let mut times = bed.last_contact.clone().unwrap();
         times.push(1.0 - time_since_contact);
+        let held = bed.held.iter().copied().chain([false]).collect();
         *bed = whole;
+        bed.held = held;
         bed.velocity = velocities;
         bed.last_contact = Some(times);
     }
@@ -302,6 +306,33 @@ mod tests {
                 let volume = bed.view(|view| SurfaceGrains::of(view, &settings()).airborne_volume);
                 assert!((volume / (2.0 * 2.5361 * (D / 2.0).powi(3)) - 1.0).abs() < 1e-4, "{volume}");
             }
+        }
+    }
+
+    #[test]
+    fn grains_that_are_held_or_moved_are_never_in_the_air() {
+        for held in [true, false] {
+            let mut bed = flat();
+            // They last touched something long ago, and one of them moves.
+            bed.last_contact = Some(vec![Real::NEG_INFINITY; bed.position.len()]);
+            bed.velocity[0] = Vector::new(0.1, 0.0, 0.0);
+            bed.held.fill(held);
+            // A free grain lies on them, and is the only one whose contact is known.
+            add(&mut bed, Vector::new(0.0, 0.0, 2e-3 + 0.5 * D), Vector::ZERO, 0.0);
+            // One more hangs high above them: no part of the bed.
+            add(&mut bed, Vector::new(1e-3, 1e-3, 6e-3), Vector::ZERO, Real::INFINITY);
+            *bed.held.last_mut().unwrap() = held;
+            bed.view(|view| {
+                let surface = SurfaceGrains::of(view, &settings());
+                if held {
+                    assert_eq!(surface.airborne, 0);
+                    assert!((400..=401).contains(&surface.tops.len()), "{}", surface.tops.len());
+                    assert!(surface.tops.iter().all(|top| top.height < 3e-3));
+                } else {
+                    // Negative control: free grains without contact are judged by what lies below them.
+                    assert!(surface.airborne > 400, "{}", surface.airborne);
+                }
+            });
         }
     }
 

@@ -46,7 +46,7 @@ fn gathered(ranks: usize) -> Vec<GatheredBed> {
 #[test]
 fn every_grain_arrives_once_in_the_order_of_the_identifiers() {
     let one = gathered(1).swap_remove(0);
-    assert_eq!(one.id, (53..=100).collect::<Vec<u64>>());
+    assert_eq!(one.grains.id, (53..=100).collect::<Vec<u64>>());
     let view = one.view(&[]);
     assert_eq!((view.len(), view.time), (48, 7.0));
     for (at, grain) in grains().iter().rev().enumerate() {
@@ -58,7 +58,7 @@ fn every_grain_arrives_once_in_the_order_of_the_identifiers() {
     for ranks in [2, 4, 6] {
         let beds = gathered(ranks);
         let (all, none) = beds.split_first().unwrap();
-        assert_eq!(all.id, one.id, "{ranks} ranks");
+        assert_eq!(all.grains.id, one.grains.id, "{ranks} ranks");
         assert_eq!(all.view(&[]).position, view.position);
         assert_eq!(all.view(&[]).orientation, view.orientation);
         assert_eq!(motion(&all.view(&[])), motion(&view));

@@ -56,6 +56,8 @@ impl Sand {
         let bodies = [Body::of(&self.shape)];
         look(&BedView {
             bodies: &bodies,
+            id: &(0..count as u64).collect::<Vec<u64>>(),
+            held: &vec![false; count],
             body: &vec![0; count],
             scale: &vec![1.0; count],
             mass: &vec![2650.0 * self.shape.volume(); count],

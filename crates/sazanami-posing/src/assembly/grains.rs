@@ -72,10 +72,19 @@ pub fn interactions(case: &Case) -> Interactions {
     interactions.with_allowed_error(case.dem.allowed_error)
 }
 
-/// Walls of the box that hold grains back, and gates.
-fn walls(case: &Case) -> Vec<Wall> {
+/// Sides of the box, by direction, lower and upper.
+type Sides = [[bool; 2]; 3];
+
+/// Sides that hold grains while a bed is packed and comes to rest: all that do not repeat, of the lid and the floor those that hold in
+/// the run too.
+fn vessel(case: &Case) -> Sides {
+    let [x, y, _] = case.periodic().map(|repeats| [!repeats; 2]);
+    [x, y, case.dem.grain_walls[2]]
+}
+
+/// Walls on the sides of the box that are `present`, and gates.
+fn walls(case: &Case, present: Sides) -> Vec<Wall> {
     let walls = case.materials.len() as u32;
-    let present = case.dem.grain_walls;
     let (lower, upper) = (case.domain.lower, case.domain.upper);
     let mut all = Wall::of_box(lower, upper, walls + 1, [present[0], present[1], [false; 2]]);
     all.extend(Wall::of_box(lower, upper, walls, [[false; 2], [false; 2], present[2]]));
@@ -89,16 +98,27 @@ fn walls(case: &Case) -> Vec<Wall> {
 
 /// Bodies, contact laws and walls of the engine.
 pub fn setup(case: &Case, shapes: &[Shape]) -> Setup {
+    setup_between(case, shapes, case.dem.grain_walls)
+}
+
+/// The same for a levelled bed that comes to rest, where that differs: between the walls that it was packed in, open sides too.
+#[must_use]
+pub fn levelling_setup(case: &Case, shapes: &[Shape]) -> Option<Setup> {
+    let sides = vessel(case);
+    (case.levels() && sides != case.dem.grain_walls).then(|| setup_between(case, shapes, sides))
+}
+
+fn setup_between(case: &Case, shapes: &[Shape], sides: Sides) -> Setup {
     let largest = case.grains.iter().zip(shapes).map(|(p, s)| s.bounding_radius() * p.sizes().largest());
     let reach = largest.fold(0.0, Real::max);
     // Where no wall holds them, grains may leave the box by their size before they are said to have escaped.
-    let room = |d: usize, side: usize| if case.dem.grain_walls[d][side] { 0.0 } else { reach };
+    let room = |d: usize, side: usize| if sides[d][side] { 0.0 } else { reach };
     let lower = Vector::from_array(std::array::from_fn(|d| case.domain.lower[d] - room(d, 0)));
     let upper = Vector::from_array(std::array::from_fn(|d| case.domain.upper[d] + room(d, 1)));
     Setup {
         bodies: shapes.iter().map(Body::from).collect(),
         interactions: wet_interactions(case),
-        walls: walls(case),
+        walls: walls(case, sides),
         region: [lower, upper],
         ghost_margin: MARGIN_CELLS * case.domain.spacing().max_element(),
     }

@@ -43,6 +43,8 @@ impl Search<'_> {
         let orientation: Vec<Quaternion> = all.map(|grain| grain.orientation).collect();
         let view = BedView {
             bodies: &bodies,
+            id: &(0..lying.len() as u64).collect::<Vec<u64>>(),
+            held: &vec![false; lying.len()],
             body: &body,
             scale: &scale,
             mass: &vec![0.0; lying.len()],

@@ -588,4 +588,19 @@ fn records_that_end_on_the_way_and_gauges_across_gravity_are_warned_of() {
     assert!(across("gravity=[\"9 m/s^2\", \"0 m/s^2\", \"-4 m/s^2\"]"));
     // Negative control: hardly tilted.
     assert!(!across("gravity=[\"1 m/s^2\", \"0 m/s^2\", \"-9.7 m/s^2\"]"));
+
+    for (table, what) in [("bed", "a bed is"), ("heap", "a heap is"), ("erosion", "a crater is")] {
+        let (asked, warning) =
+            (format!("{table}={{}}"), format!("{what} measured along x3, and gravity points elsewhere"));
+        let across = |gravity: &str, keys: &[&str]| {
+            let (_, texts) = findings(RAINDROP, &[&[gravity][..], keys].concat());
+            texts.iter().any(|text| text.contains(&warning))
+        };
+        assert!(across("gravity=[\"9.8 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"]", &[&asked]), "{table}");
+        // Negative controls: hardly tilted, and none at all.
+        assert!(!across("gravity=[\"1 m/s^2\", \"0 m/s^2\", \"-9.7 m/s^2\"]", &[&asked]), "{table}");
+        assert!(!across("gravity=\"0 m/s^2\"", &[&asked]), "{table}");
+    }
+    // Negative control: a tank without grains has no bed, whatever its copy says.
+    assert!(!said(&["gravity=[\"9.8 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"]", "bed={}"], "a bed is measured along x3"));
 }

@@ -67,6 +67,7 @@ impl Reader<'_> {
             Some(value) => self.design(value)?,
             None => Design::Product,
         };
+        self.repeated(&keys, design);
         let targets = self.targets(root.get("targets"));
         let most_runs = root.get("most_runs").and_then(|value| self.count(value, "most_runs", 3)).unwrap_or(MOST_TRIED);
         if targets.is_empty() {
@@ -229,16 +230,37 @@ impl Reader<'_> {
             self.report.error(value.span(), "the list of values is empty").label("expected one value at least");
             return None;
         }
-        let found: Vec<Setting> = list.iter().map(|value| self.verbatim(value.span())).collect();
-        for (n, value) in found.iter().enumerate() {
-            if let Some(first) = found[..n].iter().position(|other| same(&other.value, &value.value)) {
-                self.report
-                    .warning(Some(value.span.clone()), format!("this value is there already, as value {}", first + 1))
-                    .label("the same runs are made once more")
-                    .help("name each value once");
+        Some(Choices::Values(list.iter().map(|value| self.verbatim(value.span())).collect()))
+    }
+
+    /// Warns of values of a key that are there already, and where keys are zipped of points.
+    fn repeated(&mut self, keys: &[Key], design: Design) {
+        let lists: Vec<Vec<Vec<Setting>>> = if design == Design::Zip {
+            let equally_many = keys.windows(2).all(|pair| pair[0].choices.len() == pair[1].choices.len());
+            if equally_many { vec![points::of(keys, design)] } else { Vec::new() }
+        } else {
+            let single = |list: &Vec<Setting>| list.iter().map(|value| vec![value.clone()]).collect();
+            let values = keys.iter().filter_map(|key| match &key.choices {
+                Choices::Values(list) => Some(single(list)),
+                Choices::Between(_) => None,
+            });
+            values.collect()
+        };
+        let what = if design == Design::Zip { "point" } else { "value" };
+        for list in lists {
+            for (n, entry) in list.iter().enumerate() {
+                let is_same = |other: &Vec<Setting>| other.iter().zip(entry).all(|(a, b)| same(&a.value, &b.value));
+                if let (Some(first), Some(value)) = (list[..n].iter().position(is_same), entry.first()) {
+                    self.report
+                        .warning(
+                            Some(value.span.clone()),
+                            format!("this {what} is there already, as {what} {}", first + 1),
+                        )
+                        .label("the same runs are made once more")
+                        .help(format!("name each {what} once"));
+                }
             }
         }
-        Some(Choices::Values(found))
     }
 
     fn between(&mut self, table: &DeTable, from: Entry, to: Entry, span: Range<usize>) -> Option<Between> {

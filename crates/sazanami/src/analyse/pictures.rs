@@ -41,6 +41,9 @@ fn grains_of(state: &State, tank: Vector) -> Option<BedColumns> {
     let orientation = orientation.chunks_exact(4).map(|q| Quaternion::from_xyzw(q[1], q[2], q[3], q[0]).normalize());
     let position: Vec<Vector> = vectors("position")?;
     Some(BedColumns {
+        id: reals("id")?.into_iter().map(|number| number as u64).collect(),
+        // Pictures do not ask which grains are in the air.
+        held: vec![false; position.len()],
         body: reals("population")?.into_iter().map(|number| number as u32).collect(),
         scale: reals("scale")?,
         mass: reals("mass")?,

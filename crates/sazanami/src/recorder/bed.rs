@@ -126,7 +126,7 @@ impl GatheredGrains {
 
     /// Number of grains gathered.
     pub fn count(&self) -> usize {
-        self.bed.id.len()
+        self.bed.grains.id.len()
     }
 
     /// Evaluates the gathered grains.

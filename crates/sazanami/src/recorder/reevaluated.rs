@@ -67,7 +67,9 @@ impl Beds {
         let engine = Engine::restore(&domain, setup, GRAINS, &snapshot).map_err(|error| misfit(&error))?;
         let mut now = GatheredBed::default();
         now.gather(&domain, engine.grains(), engine.time());
-        let before = GatheredBed::restore(BEFORE, &snapshot).ok().filter(|before| before.id == now.id);
+        // Grains may have left or been fed in since then, of shapes that the case has.
+        let known = |before: &GatheredBed| before.grains.body.iter().all(|&shape| (shape as usize) < shapes.len());
+        let before = GatheredBed::restore(BEFORE, &snapshot).ok().filter(known);
         Ok(Self { snapshot, now, before })
     }
 
@@ -79,7 +81,7 @@ impl Beds {
     /// Evaluates the grains as `case` says; `own` is the case as the run had it.
     pub fn evaluate(&self, case: &Case, own: &Case, shapes: &[Shape]) -> Reevaluated {
         let mut found = Reevaluated::default();
-        if self.now.id.is_empty() {
+        if self.now.grains.id.is_empty() {
             return found;
         }
         let bodies: Vec<Body> = shapes.iter().map(Body::of).collect();
@@ -91,7 +93,7 @@ impl Beds {
         };
         found.heap = heap_settings(case).map(|settings| Heap::of(&now, &settings));
         if let Some(settings) = erosion_settings(case) {
-            found.findings.drops = drops(case);
+            (found.findings.drops, found.findings.floor) = (drops(case), case.domain.lower.z);
             let initial: Option<InitialBed> = match &before {
                 Some(before) => Erosion::of(before, &settings, None).ok().as_ref().map(Erosion::as_initial),
                 None => initial_heights(&self.snapshot),

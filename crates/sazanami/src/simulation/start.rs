@@ -76,9 +76,10 @@ pub(super) fn solver(
             None => return Ok(None),
         },
         Some(packing) if case.levels() => {
-            let engine = levelled(case, &domain, setup, packing)?;
+            let vessel = grains::levelling_setup(case, &job.shapes).unwrap_or_else(|| setup.clone());
+            let engine = levelled(case, &domain, vessel, packing)?;
             match relax(job, &domain, Relaxation::new(engine), recorder)? {
-                Some(engine) => engine,
+                Some(engine) => unwalled(job, &domain, setup, engine)?,
                 None => return Ok(None),
             }
         }
@@ -112,6 +113,14 @@ pub(super) fn levelled(case: &Case, domain: &Domain, setup: Setup, packing: Pack
     Ok(Engine::new(domain, setup, &left)?)
 }
 
+/// The grains of a levelled bed between the walls of the run, where they came to rest between others: from contacts without memory.
+fn unwalled(job: &Job, domain: &Domain, setup: Setup, engine: Engine) -> Result<Engine, RankError> {
+    Ok(match grains::levelling_setup(job.case, &job.shapes) {
+        Some(_) => Engine::new(domain, setup, &engine.at_rest())?,
+        None => engine,
+    })
+}
+
 /// The grains that have a place from the start, come to rest if the case asks for it; `None` if stopped before.
 pub(super) fn laid<B: Observer>(
     job: &Job,
@@ -121,7 +130,12 @@ pub(super) fn laid<B: Observer>(
 ) -> Result<Option<Engine>, RankError> {
     let relaxes = |kind: &Population| matches!(&kind.placement, GrainPlacement::Bed(bed) if bed.relax);
     let relaxation = match job.resumed.as_ref().filter(|state| state.run.relaxing) {
-        Some(state) => Relaxation::restore(domain, setup, &state.snapshot)?,
+        Some(state) => {
+            let vessel = grains::levelling_setup(job.case, &job.shapes).unwrap_or_else(|| setup.clone());
+            let relaxation = Relaxation::restore(domain, vessel, &state.snapshot)?;
+            let relaxed = relax(job, domain, relaxation, recorder)?;
+            return relaxed.map(|engine| unwalled(job, domain, setup, engine)).transpose();
+        }
         None => {
             let engine = Engine::new(domain, setup, &grains::placed(job.case, &job.beds))?;
             if !job.case.grains.iter().any(relaxes) {

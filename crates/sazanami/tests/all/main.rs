@@ -6,6 +6,7 @@ mod bridges;
 mod carrying_flow;
 mod closed_water;
 mod copies;
+mod craters;
 mod creeping;
 mod driven;
 mod dry;

@@ -46,6 +46,9 @@ count = 1
 material = "glass"
 placement.packed = {}"#;
 
+/// A levelled bed of beads in a box that is open on one side.
+const OPEN: &str = include_str!("../cases/packing-open.toml");
+
 /// Sub-steps of packing that `check` foretells.
 fn foretold(loaded: &LoadedCase, grains: usize) -> Real {
     // A second for each sub-step.
@@ -173,4 +176,26 @@ fn a_levelled_bed_on_a_grid_is_flat_and_comes_to_rest_again() {
     interrupted(&load(BED, &[LEVEL]), &options, |line| line.phase == "relax" && line.step >= 20);
     go_on(&parts, On::threads(1)).0.expect("the run goes on");
     assert_eq!(Left::in_folder(&parts).hash(), Left::in_folder(&scratch.join("level")).hash());
+}
+
+#[test]
+fn a_levelled_bed_comes_to_rest_behind_an_open_side_and_flows_out_in_the_run() {
+    let scratch = Scratch::new("packing-open");
+    let height = |left: &Left| left.summary["observables"]["bed"]["height_mm"].as_f64().expect("a bed");
+    let departed = |left: &Left| left.column("departed_grains");
+    let open = ran(OPEN, &[], &scratch.join("open"), On::threads(1));
+    assert!((2.0..=4.0).contains(&height(&open)), "{}", height(&open));
+    let gone = departed(&open);
+    assert!(gone[0] == 0.0 && gone[gone.len() - 1] > 1.0, "{gone:?}");
+    // Stopped while it comes to rest, and taken up again.
+    let (folder, on) = (scratch.join("again"), On::threads(1));
+    let ended =
+        interrupted(&load(OPEN, &[]), &on.options(Some(&folder)), |line| line.phase == "relax" && line.step >= 100);
+    assert_eq!(ended.steps, 0);
+    go_on(&folder, on).0.unwrap_or_else(|error| panic!("{error}"));
+    let again = Left::in_folder(&folder);
+    assert_eq!((again.hash(), departed(&again)), (open.hash(), gone));
+    // Negative control: none leaves a closed box, whose bed comes to rest as high.
+    let closed = ran(OPEN, &["boundary.x1_upper=no_slip"], &scratch.join("closed"), On::threads(1));
+    assert_eq!((height(&closed), departed(&closed).last()), (height(&open), Some(&0.0)));
 }

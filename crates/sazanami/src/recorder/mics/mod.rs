@@ -33,7 +33,8 @@ pub(super) use summary::{CONSERVATION, EROSION, Findings, REST, SOAKED, SPLASH};
 /// The table of the crater's profiles as the reference page has it.
 pub(super) fn profile_page() -> String {
     let first = crate::columns::page("A row per observation (with `[erosion]`).", series::PROFILE);
-    first + "| `height_0`, `height_1`, ... | m | smoothed height of the bed's surface in each layer about the axis |\n"
+    first
+        + "| `height_0`, `height_1`, ... | m | smoothed height (coordinate of x3) of the bed's surface in each layer about the axis |\n"
 }
 
 /// The tables of probes as the reference page has them.
@@ -172,7 +173,7 @@ impl Observer for GridObserver {
             liquid: None,
             through: 0.0,
             clipped: 0.0,
-            findings: Findings { drops: drops(job.case), ..Findings::default() },
+            findings: Findings { drops: drops(job.case), floor: job.case.domain.lower.z, ..Findings::default() },
             energies: Energies::default(),
             departures: Departures::default(),
             arrivals: Arrivals::default(),

@@ -71,7 +71,7 @@ pub(crate) fn scene(case: &Case, time: Real, bed: &BedView, height: Option<Real>
         title: format!("{}: t = {:.3} ms", case.caption(), 1e3 * time),
         grid,
         top: top(case, bed_before),
-        plane: case.bed.axis[1],
+        plane: case.erosion.as_ref().map_or(case.bed.axis, |erosion| erosion.axis)[1],
         colouring: colouring(case, bed, bed_before),
         shapes,
         poses: poses(bed),

@@ -8,7 +8,7 @@ use super::liquid_share;
 /// Liquid below the level of the bed before the impact.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Soaked {
-    /// The level \[m].
+    /// The level above the floor of the box \[m].
     pub level: Real,
     /// From it to the lowest interface below it of a cell at least half full, where the liquid in that cell and in the next one below
     /// ends; zero where none lies below \[m].
@@ -38,6 +38,10 @@ impl Soaked {
             let part = ((level - floor(row.k)) / width).clamp(0.0, 1.0);
             [if part > 0.0 { part * row.shifted(0).map(outside).sum::<Real>() } else { 0.0 }]
         });
-        Self { level, depth: domain.max(depth), volume: domain.sum([cells])[0] * grid.cell_volume() }
+        Self {
+            level: level - grid.lower.z,
+            depth: domain.max(depth),
+            volume: domain.sum([cells])[0] * grid.cell_volume(),
+        }
     }
 }

@@ -24,6 +24,8 @@ pub(crate) struct Findings {
     pub rests_in_the_run: Option<bool>,
     /// Number of drops that fall.
     pub drops: usize,
+    /// Height of the floor of the box \[m].
+    pub floor: Real,
     pub splash: Option<Splash>,
     pub soaked: Option<Soaked>,
     pub liquid_relative_change: Real,
@@ -60,7 +62,7 @@ impl Findings {
     pub fn observables(&self) -> Map<String, Value> {
         let mut observables = Map::new();
         if let Some(erosion) = &self.erosion {
-            let evaluated = Evaluated { erosion: erosion.clone(), known: self.known() };
+            let evaluated = Evaluated { erosion: erosion.clone(), known: self.known(), floor: self.floor };
             observables.insert("erosion".into(), Value::Object(object(EROSION, &evaluated)));
         } else if let Some(problem) = &self.no_erosion {
             observables.insert("erosion".into(), json!({ "not_evaluated": problem }));
@@ -86,6 +88,8 @@ impl Findings {
 pub(crate) struct Evaluated {
     erosion: Erosion,
     known: Known,
+    /// Height of the floor of the box \[m].
+    floor: Real,
 }
 
 impl std::ops::Deref for Evaluated {
@@ -111,7 +115,7 @@ pub(crate) const EROSION: &[Field<Evaluated>] = quantities! {
         => |erosion| json!(erosion.below_rim_range.map(|volume| 1e9 * volume));
     "volume_below_rim_noise_mm3", "mm^3", "the same of the bed before the impact"
         => |erosion| json!(erosion.noise_below_rim.map(|volume| 1e9 * volume));
-    "volume_below_rim_doubts", "", "what speaks against it: more than one drop, a rim at the edge, a crater that has not come to rest, an uncertainty above 20 %, a third or more of it in the bed before the impact; null where nothing does"
+    "volume_below_rim_doubts", "", "what speaks against it: more than one drop, a rim at the edge, or one that sides of the box cut, a crater that has not come to rest, an uncertainty above 20 %, a third or more of it in the bed before the impact; null where nothing does"
         => |erosion| doubts(&erosion.doubts_below_rim(erosion.known));
     "volume_mm3", "mm^3", "erosion volume V, eq. (14) of Yagyu et al. (2015): that of the spherical cap with the depth and the rim radius of the crater"
         => |erosion| json!(1e9 * erosion.crater.volume);
@@ -130,7 +134,7 @@ pub(crate) const EROSION: &[Field<Evaluated>] = quantities! {
         => |erosion| json!(erosion.volume_rim.map(|volume| 1e9 * volume));
     "rim_radius_mm", "mm", "distance of the rim from the axis, L" => |erosion| json!(1e3 * erosion.crater.rim_radius);
     "rim_height_mm", "mm", "height of the rim above the floor of the box"
-        => |erosion| json!(1e3 * erosion.crater.rim_height);
+        => |erosion| json!(1e3 * (erosion.crater.rim_height - erosion.floor));
     "depth_mm", "mm", "depth of the crater below its rim, H" => |erosion| json!(1e3 * erosion.crater.depth);
     "depth_below_initial_mm", "mm", "depth of the crater below the bed's surface before the impact"
         => |erosion| json!(erosion.depth_below_initial.map(|depth| 1e3 * depth));
