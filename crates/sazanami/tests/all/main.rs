@@ -21,6 +21,7 @@ mod gates;
 mod grain_files;
 mod grain_sizes;
 mod held;
+mod inviscid;
 mod moving_particles;
 mod moving_walls;
 mod open_sides;
