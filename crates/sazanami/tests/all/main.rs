@@ -36,6 +36,7 @@ mod sides_observed;
 mod states;
 mod support;
 mod surface_tension;
+mod weights;
 
 #[global_allocator]
 static ALLOCATOR: sazanami_test_support::CountingAllocator = sazanami_test_support::CountingAllocator;
