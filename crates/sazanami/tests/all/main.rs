@@ -6,6 +6,7 @@ mod bridges;
 mod carrying_flow;
 mod copies;
 mod creeping;
+mod displaced;
 mod driven;
 mod dry;
 mod economy;
