@@ -30,6 +30,7 @@ mod packing;
 mod plain_tanks;
 mod poured;
 mod predictions;
+mod prepared;
 mod reports;
 mod restart;
 mod shipped_bed;
