@@ -273,6 +273,7 @@ impl Search<'_> {
         self.beside_packed(&lying);
         self.liquids(&lying);
         self.poured();
+        self.thin();
         self.prepared(&lying);
     }
 
