@@ -364,6 +364,14 @@ impl Case {
         self.gravity - self.frame.as_ref().map_or(Vector::ZERO, |frame| frame.acceleration)
     }
 
+    /// What of the body force by mass never changes once the run has begun [m/s^2]: gravity less the constant acceleration of the frame, and the
+    /// constant force that drives the flow. What swings is not part of it, nor what holds a mean velocity.
+    #[must_use]
+    pub fn constant_force_by_mass(&self) -> Vector {
+        let gravity = self.resting_gravity();
+        self.drive.map_or(gravity, |drive| gravity + (drive.acceleration - drive.by_volume(drive.acceleration)))
+    }
+
     /// Displacement \[m], velocity [m/s] and acceleration [m/s^2] of the tank at `time` \[s] by its motion.
     #[must_use]
     pub fn tank_at(&self, time: Real) -> [Vector; 3] {

@@ -90,12 +90,17 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
 fn check_sides(case: &Case, cx: &mut Context<'_>) {
     for (d, upper) in (0..3).flat_map(|d| [(d, 0), (d, 1)]) {
         let (name, span) = (SIDE_NAMES[d][upper], place_of_side(&cx.places, d, upper));
+        let kind = match case.boundary[d][upper] {
+            BoundarySide::Inflow { .. } => "inflow",
+            BoundarySide::Moving { .. } => "moving",
+            _ => "",
+        };
         match case.boundary[d][upper] {
             BoundarySide::Inflow { .. } | BoundarySide::Moving { .. } => cx
                 .report
-                .error_at(span, format!("moving particles cannot have the side {name}"))
-                .label("walls, periodic and open sides are possible")
-                .help("use \"no_slip\", \"slip\", \"periodic\" or \"outflow\""),
+                .error_at(span, format!("moving particles cannot have the side {name}: it is `{kind}`"))
+                .label("sides of this kind are for `solver = \"mics\"`")
+                .help("write \"no_slip\", \"slip\", \"periodic\" or \"outflow\""),
             BoundarySide::FixedPressure { pressure, fluid } if pressure != 0.0 || fluid == FluidName::Liquid => cx
                 .report
                 .error_at(span, format!("moving particles leave through the side {name}, and none come in"))

@@ -46,7 +46,7 @@ pub use substeps::SubstepCause;
 pub(crate) use substeps::{impact_errors, longest_substep, stiffest_contact, stiffness, substep_cause};
 pub(crate) use tank_warnings::warn_of_tank;
 pub use text::explain;
-pub(crate) use volumes::volume_within;
+pub(crate) use volumes::{bed_top, volume_within};
 pub use waves::TankReport;
 pub(crate) use waves::tank;
 
@@ -189,12 +189,11 @@ fn liquid_volume(case: &Case) -> Real {
 }
 
 fn liquid_reports(case: &Case) -> Vec<LiquidReport> {
-    let report = |(liquid, taken): (&LiquidRegion, Real)| {
+    let report = |(liquid, volume): (&LiquidRegion, Option<Real>)| {
         let density = match liquid.fluid {
             FluidName::Liquid => case.fluid.liquid.density,
             FluidName::Gas => case.fluid.gas.density,
         };
-        let volume = particles::volume_between_grains(case, liquid).map(|volume| volume * (1.0 - taken));
         let [low, high] = liquid.region.heights();
         LiquidReport {
             name: liquid.name.clone(),
@@ -205,5 +204,5 @@ fn liquid_reports(case: &Case) -> Vec<LiquidReport> {
             cells_per_height: Some((high - low) / case.domain.spacing().z).filter(|n| n.is_finite()),
         }
     };
-    case.liquids.iter().zip(overlapping::taken(case)).map(report).collect()
+    case.liquids.iter().zip(particles::volumes_between_grains(case)).map(report).collect()
 }

@@ -10,6 +10,7 @@ mod overlaps;
 mod pace;
 mod placed;
 mod poured;
+mod prepared;
 mod within_box;
 
 use std::ops::Range;
@@ -272,6 +273,8 @@ impl Search<'_> {
         self.beside_packed(&lying);
         self.liquids(&lying);
         self.poured();
+        self.thin();
+        self.prepared(&lying);
     }
 
     /// Place of a population in the file.

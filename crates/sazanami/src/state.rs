@@ -8,6 +8,8 @@ use sazanami_numerics::grid::Grid;
 
 pub use sazanami_io::vtk::Values;
 
+use crate::case::meaning::FieldPrecision;
+
 /// A named array.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Array {
@@ -43,6 +45,14 @@ impl Array {
             Values::U64(values) => DataArray::new(&self.name, self.components, values),
             Values::U32(values) => DataArray::new(&self.name, self.components, values),
             Values::I32(values) => DataArray::new(&self.name, self.components, values),
+        }
+    }
+
+    /// The array as a file of this precision has it.
+    pub(crate) fn in_file(&self, precision: FieldPrecision) -> DataArray<'_> {
+        match precision {
+            FieldPrecision::Single => self.rounded(),
+            FieldPrecision::Double => self.as_it_is(),
         }
     }
 

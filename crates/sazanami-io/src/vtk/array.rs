@@ -32,11 +32,13 @@ impl<'a> DataArray<'a> {
         Self { name: name.to_owned(), components, element: T::TYPE, bytes }
     }
 
-    /// Places of points \[m]: in four bytes, or in eight where they lie so far from the origin that four would blur them.
-    pub(super) fn places(places: &[Vector]) -> Self {
+    /// Places of points \[m]: in four bytes, or in eight where `double` asks for them or they lie so far from the origin that four would blur
+    /// them.
+    pub(super) fn places(places: &[Vector], double: bool) -> Self {
         let ends = places.iter().fold([Vector::INFINITY, Vector::NEG_INFINITY], |[a, b], &x| [a.min(x), b.max(x)]);
         let farthest = ends[0].abs().max(ends[1].abs()).max_element();
-        if places.is_empty() || farthest <= FAR * (ends[1] - ends[0]).max_element() {
+        let is_near = places.is_empty() || farthest <= FAR * (ends[1] - ends[0]).max_element();
+        if is_near && !double {
             let values: Vec<f32> = places.iter().flat_map(|place| place.as_vec3().to_array()).collect();
             return Self::owned("Points", 3, &values);
         }

@@ -48,7 +48,7 @@ pub fn write_bodies(path: &Path, file: &BodyFile) -> Result<(), VtkError> {
     file.attributes("PointData", &arrays, scalars)?;
     drop(arrays);
     file.open("Points");
-    file.array(&DataArray::places(&points(&bodies, nodes)), "");
+    file.array(&DataArray::places(&points(&bodies, nodes), false), "");
     file.close("Points");
     file.open("Polys");
     file.array(&DataArray::owned("connectivity", 1, &connectivity(&bodies, triangles)), "");

@@ -12,6 +12,8 @@ use super::{DataArray, VtkError};
 pub struct PointFile<'a> {
     /// Places \[m].
     pub places: &'a [Vector],
+    /// Whether their coordinates have eight bytes wherever they lie.
+    pub double: bool,
     /// Time \[s].
     pub time: Option<f64>,
     /// Arrays with one scalar or vector per point.
@@ -27,7 +29,7 @@ pub struct PointFile<'a> {
 /// # Errors
 /// If an array does not fit the points or the file system refuses.
 pub fn write_points(path: &Path, file: &PointFile) -> Result<(), VtkError> {
-    let PointFile { places, time, arrays, scalars, frame } = *file;
+    let PointFile { places, double, time, arrays, scalars, frame } = *file;
     let count = places.len();
     for array in arrays {
         let (expected, found) = (count * array.components, array.len());
@@ -44,7 +46,7 @@ pub fn write_points(path: &Path, file: &PointFile) -> Result<(), VtkError> {
     file.open(&format!("Piece NumberOfPoints=\"{count}\" NumberOfVerts=\"{count}\""));
     file.attributes("PointData", arrays, scalars)?;
     file.open("Points");
-    file.array(&DataArray::places(places), "");
+    file.array(&DataArray::places(places, double), "");
     file.close("Points");
     file.open("Verts");
     let numbers: Vec<i32> = (0..count as i32).collect();

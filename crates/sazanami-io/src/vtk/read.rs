@@ -265,7 +265,8 @@ mod tests {
         let places: Vec<Vector> = (0..count).map(|n| Vector::new(n as f64, 0.5, -1.0)).collect();
         let arrays =
             [DataArray::owned("speed", 1, &speeds), DataArray::whole("population", (0..count).map(|n| n as u32))];
-        let file = PointFile { places: &places, time: Some(0.25), arrays: &arrays, scalars: None, frame: None };
+        let file =
+            PointFile { places: &places, double: false, time: Some(0.25), arrays: &arrays, scalars: None, frame: None };
         write_points(&path, &file).unwrap();
         let read = VtkFile::read(&path).unwrap();
         assert_eq!(read.numbers::<1>("Piece", "NumberOfPoints").unwrap(), [count as f64]);

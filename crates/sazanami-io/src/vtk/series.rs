@@ -246,7 +246,14 @@ mod tests {
         let mut series = PvdSeries::create(&path);
         for step in 0..5_u32 {
             let (name, time) = (format!("grains/grains-{step:09}.vtp"), 0.1 * f64::from(step));
-            let file = PointFile { places: &[Vector::ZERO], time: Some(time), arrays: &[], scalars: None, frame: None };
+            let file = PointFile {
+                places: &[Vector::ZERO],
+                double: false,
+                time: Some(time),
+                arrays: &[],
+                scalars: None,
+                frame: None,
+            };
             write_points(&folder.path().join(&name), &file).unwrap();
             series.push(time, &name).unwrap();
         }

@@ -124,8 +124,11 @@ fn points_far_from_the_origin_keep_their_distances() {
     let path = folder.path().join("points.vtp");
     let written = |origin: Vector| {
         let places = [origin, origin + Vector::new(3e-3, 1e-3, 2e-3)];
-        write_points(&path, &PointFile { places: &places, time: None, arrays: &[], scalars: None, frame: None })
-            .unwrap();
+        write_points(
+            &path,
+            &PointFile { places: &places, double: false, time: None, arrays: &[], scalars: None, frame: None },
+        )
+        .unwrap();
         let file = VtkFile::read(&path).unwrap();
         let found = file.doubles("Points").unwrap();
         let single = matches!(file.values("Points").unwrap().1, Values::F32(_));

@@ -26,7 +26,7 @@ use sazanami_numerics::{Real, Vector};
 use super::binned::{Lanes, lanes};
 use super::kept::{PLACE, vector};
 use super::sources::{floor, is_seen};
-use super::{FluidAtGrain, OverlappingGrains};
+use super::{DragParameters, FluidAtGrain, OverlappingGrains};
 use crate::boundary::Tank;
 use crate::context::Context;
 use crate::gates::near;
@@ -140,7 +140,7 @@ impl OverlappingGrains {
             FluidAtGrain { void_fraction, pressing: read.gradient, share: read.share, ..FluidAtGrain::default() };
         if read.share > 0.0 {
             let slip = (read.velocity / read.share - grains.velocity[g]).length();
-            let [clear, dense] = [1.0, void_fraction].map(|eps| law.coefficient(d, eps, slip));
+            let [clear, dense] = in_clear_water_and_among_grains(law, d, void_fraction, slip);
             let with_solid = (dense - clear) / solid.powi(3);
             let sum = clear * read.share + with_solid * read.solid;
             felt.velocity = (clear * read.velocity + with_solid * read.solid_velocity) / sum;
@@ -151,6 +151,14 @@ impl OverlappingGrains {
         }
         felt
     }
+}
+
+/// Drag coefficients [kg/s] of a sphere of diameter `d` \[m] in clear water and at void fraction `eps`, of which only ratios are
+/// taken. Without viscosity they vanish with the `slip` [m/s], in proportion to it: those at rest are those at any slip.
+fn in_clear_water_and_among_grains(law: &DragParameters, d: Real, eps: Real, slip: Real) -> [Real; 2] {
+    let at = |slip: Real| [1.0, eps].map(|eps| law.coefficient(d, eps, slip));
+    let found = at(slip);
+    if found[1] > 0.0 { found } else { at(1.0) }
 }
 
 /// Part of a sphere that lies below the level at which the smoothing function has the `share` of its integral, for a diameter of
@@ -193,7 +201,22 @@ pub(super) fn solid_cubed(inverse_void: Real) -> Real {
 
 #[cfg(test)]
 mod tests {
+    use super::super::DragForm;
     use super::*;
+
+    #[test]
+    fn without_viscosity_drag_at_rest_is_shared_out_as_that_of_any_slip() {
+        for form in [DragForm::Blend, DragForm::DiFelice, DragForm::Beetstra] {
+            let ratio = |viscosity: Real, slip: Real| {
+                let law = DragParameters { form, ..DragParameters::recommended(1000.0, viscosity) };
+                let [clear, dense] = in_clear_water_and_among_grains(&law, 1e-3, 0.6, slip);
+                dense / clear
+            };
+            assert!((ratio(0.0, 0.0) / ratio(0.0, 0.1) - 1.0).abs() < 1e-12, "{form:?}: {}", ratio(0.0, 0.0));
+            // Negative control: with viscosity it is another at rest.
+            assert!((ratio(1e-3, 0.0) / ratio(1e-3, 0.1) - 1.0).abs() > 0.1, "{form:?}: {}", ratio(1e-3, 0.0));
+        }
+    }
 
     #[test]
     fn a_sphere_is_submerged_as_far_as_the_level_says() {

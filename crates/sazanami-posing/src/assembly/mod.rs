@@ -5,3 +5,4 @@ pub mod grains;
 pub mod particles;
 pub mod shapes;
 pub mod shared;
+pub mod wetted;

@@ -3,8 +3,8 @@
 use sazanami_numerics::geometry::Region;
 use sazanami_numerics::{Real, Vector};
 
-use super::volumes::{solid, volume_within};
-use super::{PACKED_SPHERES, number};
+use super::number;
+use super::volumes::{bed_top, volume_within};
 use crate::amounts;
 use crate::assembly::fluid::origin_of;
 use crate::case::meaning::{Case, LiquidRegion, Placement};
@@ -16,9 +16,7 @@ const PLACES: usize = 48;
 
 /// Part of the volume of each liquid that later liquids and bubbles take; those above the bed where a bed of its grains reaches, about.
 pub(crate) fn taken(case: &Case) -> Vec<Real> {
-    let area = case.domain.extent().x * case.domain.extent().y;
-    let bed = case.domain.lower.z + solid(case) / (PACKED_SPHERES * area);
-    let regions: Vec<_> = regions(case, bed).into_iter().map(|(region, _)| (region, false)).collect();
+    let regions: Vec<_> = regions(case, bed_top(case)).into_iter().map(|(region, _)| (region, false)).collect();
     (0..regions.len()).map(|n| part(case, &regions, n, |_| true)).collect()
 }
 

@@ -5,11 +5,11 @@ use sazanami_numerics::{Real, Vector};
 use serde::Serialize;
 
 use super::bed_flow::{BedReport, bed_flow};
-use super::volumes::{solid, volume_within};
+use super::volumes::{displaced, volume_within};
 use super::waves::{TankReport, tank};
 use super::{CostModel, overlapping};
 use crate::assembly::particles;
-use crate::case::meaning::{Case, FluidName, LiquidRegion, Particles, Preparation, Solver};
+use crate::case::meaning::{Case, FluidName, Particles, Preparation, Solver};
 
 /// Memory of a bin, with its part of the coarse pressure equation \[bytes].
 const MEMORY_BIN: Real = 75.0;
@@ -49,21 +49,19 @@ pub(super) fn report(case: &Case) -> Option<ParticlesReport> {
 /// Fluid particles: what the liquids hold between the grains.
 fn fluid(case: &Case, particles: &Particles) -> usize {
     let box_ = case.domain.extent().element_product();
-    let left = case.liquids.iter().zip(overlapping::taken(case));
-    let liquids = left.filter(|(liquid, _)| liquid.fluid == FluidName::Liquid);
-    let liquid: Real = liquids.map(|(liquid, taken)| volume_within(case, liquid).unwrap_or(box_) * (1.0 - taken)).sum();
-    ((liquid - solid(case)).max(0.0) / particles.spacing.powi(3)).round() as usize
+    let volumes = case.liquids.iter().zip(volumes_between_grains(case));
+    let liquids = volumes.filter(|(liquid, _)| liquid.fluid == FluidName::Liquid);
+    let liquid: Real = liquids.map(|(_, volume)| volume.unwrap_or(box_)).sum();
+    (liquid / particles.spacing.powi(3)).round() as usize
 }
 
-/// Volume of a liquid within the box [m^3]; among moving particles without its share of the grains that lie in it.
-pub(super) fn volume_between_grains(case: &Case, liquid: &LiquidRegion) -> Option<Real> {
-    let volume = volume_within(case, liquid)?;
-    if case.solver == Solver::Mics || liquid.fluid == FluidName::Gas {
-        return Some(volume);
-    }
-    let liquids = case.liquids.iter().filter(|liquid| liquid.fluid == FluidName::Liquid);
-    let all: Real = liquids.map(|liquid| volume_within(case, liquid)).sum::<Option<Real>>()?;
-    Some(volume * (1.0 - solid(case) / all).max(0.0))
+/// Volume of each liquid within the box, without what later ones take of it [m^3]; among moving particles without the grains that lie in it.
+pub(super) fn volumes_between_grains(case: &Case) -> Vec<Option<Real>> {
+    let overlapped = case.solver == Solver::Mps;
+    let displaced = if overlapped { displaced(case) } else { vec![0.0; case.liquids.len()] };
+    let all = case.liquids.iter().zip(overlapping::taken(case)).zip(displaced);
+    all.map(|((liquid, taken), displaced)| Some((volume_within(case, liquid)? * (1.0 - taken) - displaced).max(0.0)))
+        .collect()
 }
 
 /// Particles of the walls: the layers behind each, edges included.

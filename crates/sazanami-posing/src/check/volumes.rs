@@ -1,10 +1,15 @@
 //! Volumes of liquids where they are put, and of grains.
 
+use std::f64::consts::PI;
+
 use sazanami_numerics::geometry::RegionFractions;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
 use super::PACKED_SPHERES;
+use crate::assembly::fluid::origin_of;
+use crate::assembly::grains;
+use crate::assembly::wetted::PlacedLiquids;
 use crate::case::meaning::{Case, GrainPlacement, LiquidRegion, Placement, Population, Region};
 
 /// Cells along each edge of a region without a formula: its volume is then known to about a thousandth.
@@ -38,13 +43,50 @@ pub(crate) fn volume_within(case: &Case, liquid: &LiquidRegion) -> Option<Real> 
     Some(room * filled / CELLS.pow(3) as Real)
 }
 
-/// Volume of the grains, after a bed was levelled [m^3].
-pub(super) fn solid(case: &Case) -> Real {
+/// Volume of the grains of a bed that is packed or read, after it was levelled [m^3].
+fn solid(case: &Case) -> Real {
     let of_population = |population: &Population| {
         let count = levelled(case, population).or(population.count).unwrap_or_default();
         count as Real * population.shape.volume().unwrap_or_default() * population.sizes().mean_cube()
     };
-    case.grains.iter().map(of_population).sum()
+    let in_bed =
+        |population: &&Population| matches!(population.placement, GrainPlacement::Packed(_) | GrainPlacement::Bed(_));
+    case.grains.iter().filter(in_bed).map(of_population).sum()
+}
+
+/// Height of the bed of a case, about \[m]; the floor without one.
+pub(crate) fn bed_top(case: &Case) -> Real {
+    let extent = case.domain.extent();
+    case.domain.lower.z + solid(case) / (PACKED_SPHERES * extent.x * extent.y)
+}
+
+/// Volume of each liquid that grains take which lie in it as the run begins, about [m^3]: a bed as far as it lies below the surface, listed grains
+/// and those of a lattice where they are, none that are fed in.
+pub(super) fn displaced(case: &Case) -> Vec<Real> {
+    let bed = bed_top(case);
+    let liquids = PlacedLiquids::of(case, bed);
+    let mut displaced = vec![0.0; case.liquids.len()];
+    for grain in grains::placed(case, &vec![None; case.grains.len()]) {
+        let population = &case.grains[grains::population_of(grain.id).0];
+        let volume = population.shape.volume().unwrap_or_default() * grain.scale.powi(3);
+        for (liquid, part) in liquids.parts(grain.position, (6.0 * volume / PI).cbrt()) {
+            displaced[liquid] += part * volume;
+        }
+    }
+    let (low, high) = (case.domain.lower, case.domain.upper.with_z(bed.min(case.domain.upper.z)));
+    for (n, liquid) in case.liquids.iter().enumerate().filter(|_| low.cmplt(high).all()) {
+        let (lower, upper) = case.region_of(liquid, origin_of(liquid, case.bed.axis, bed)).geometry().bounds();
+        let (lower, upper) = (lower.max(low), upper.min(high));
+        if lower.cmpge(upper).any() {
+            continue;
+        }
+        let cells = Grid::new([CELLS; 3], lower, upper);
+        let place = |n: usize| [n % CELLS, n / CELLS % CELLS, n / (CELLS * CELLS)].map(|n| n as isize);
+        let filled =
+            (0..cells.len()).map(place).filter(|&[i, j, k]| liquids.at(cells.centre(i, j, k)) == Some(n)).count();
+        displaced[n] += PACKED_SPHERES * cells.cell_volume() * filled as Real;
+    }
+    displaced
 }
 
 /// Grains of a population that stay when its bed is levelled, about: those whose tops lie below the level.

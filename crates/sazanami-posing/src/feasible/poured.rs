@@ -2,10 +2,10 @@
 
 use sazanami_numerics::Real;
 
-use super::Search;
-use crate::amounts;
+use super::{ROUNDED, Search};
+use crate::amounts::{self, length};
 use crate::assembly::particles::OFF;
-use crate::case::meaning::{FluidName, Solver};
+use crate::case::meaning::{FluidName, Placement, Solver};
 use crate::case::units::rounded;
 use crate::check::{taken, volume_within};
 
@@ -38,6 +38,39 @@ impl Search<'_> {
                 let title = format!("`{}` is poured with {off:.0} % {more} volume than asked for", liquid.name);
                 self.report.warning(span, title).label(format!("{count} particles; {label}")).help(help);
             }
+        }
+    }
+
+    /// Warns of films thinner than a particle along gravity, whose surface no particle tells.
+    pub(super) fn thin(&mut self) {
+        let Some(particles) = self.case.particles.as_ref().filter(|_| self.case.solver == Solver::Mps) else { return };
+        let pull = self.case.resting_gravity().abs();
+        let Some(along) = (0..3).find(|&d| pull[d] > 0.0 && pull[d] == pull.max_element()) else { return };
+        let (floor, top) = (self.case.domain.lower[along], self.case.domain.upper[along]);
+        for (n, liquid) in self.case.liquids.iter().enumerate().filter(|(_, of)| of.fluid == FluidName::Liquid) {
+            let (low, high) = match liquid.placement {
+                Placement::Absolute(position) => liquid.region.moved(position).geometry().bounds(),
+                Placement::AboveBed { .. } => liquid.region.geometry().bounds(),
+            };
+            let thickness = match liquid.placement {
+                Placement::Absolute(_) => high[along].min(top) - low[along].max(floor),
+                Placement::AboveBed { .. } => high[along] - low[along],
+            };
+            // What is as narrow has few particles, which is told.
+            let is_wide = (0..3).filter(|&d| d != along).all(|d| high[d] - low[d] > particles.spacing);
+            if thickness <= 0.0 || thickness > particles.spacing * (1.0 - ROUNDED) || !is_wide {
+                continue;
+            }
+            self.report
+                .warning(
+                    self.loaded.places.near(&format!("liquid.{n}.region")),
+                    format!("`{}` is thinner than a particle: its level is not that of the run", liquid.name),
+                )
+                .label(format!("{} along gravity, a particle {}", length(thickness), length(particles.spacing)))
+                .help(format!(
+                    "`particles.spacing = \"{} mm\"` or less has two layers in it",
+                    rounded(500.0 * thickness)
+                ));
         }
     }
 }

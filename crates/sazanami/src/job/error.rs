@@ -122,8 +122,8 @@ pub(crate) enum RankError {
     NotAtRest { time: Real, mean_speed: Real, help: &'static str },
     #[error(
         "the water did not come to rest between the grains {state}\n  help: raise `preparation.relax_steps`; if the strain does \
-         not fall, look at what was poured: a liquid and grains at the same place, a tank narrower than the grains; \
-         `preparation.must_rest = false` goes on all the same"
+         not fall, look at what was poured: a liquid and grains at the same place, a liquid that nothing bears and falls, a tank narrower \
+         than the grains; `preparation.must_rest = false` goes on all the same"
     )]
     WaterNotAtRest { state: String, steps: u64 },
     #[error("the checkpoint does not fit the case: {0}")]

@@ -112,7 +112,8 @@ impl GrainStates {
         let arrays: Vec<DataArray> = asked.iter().map(Array::rounded).collect();
         let places: Vec<Vector> = self.records.iter().map(|record| record.position.into()).collect();
         let (time, frame) = (Some(clock.time()), Some(case.output.frame.word()));
-        let file = PointFile { places: &places, time, arrays: &arrays, scalars: coloured(&arrays), frame };
+        let file =
+            PointFile { places: &places, double: false, time, arrays: &arrays, scalars: coloured(&arrays), frame };
         Ok(write_points(path, &file)?)
     }
 

@@ -71,3 +71,24 @@ fn liquid_goes_on_through_periodic_sides() {
     // Negative control: beside planes of symmetry it is a quarter.
     assert!(poured(&text("0 mm", "slip")) < 12);
 }
+
+#[test]
+fn films_thinner_than_a_particle_are_warned_of() {
+    let film = |height: &str| {
+        let text = drop("8 mm");
+        let start = text.split("region.sphere").next().expect("it has a beginning").to_owned();
+        start
+            + &format!(
+                "region.box = {{ lower = [\"0 mm\", \"0 mm\", \"0 mm\"], upper = [\"20 mm\", \"20 mm\", \"{height}\"] }}\n"
+            )
+    };
+    let is_thin = |text: &str| told(text).0.iter().any(|found| found.contains("thinner than a particle"));
+    let found = told(&film("0.8 mm")).0;
+    assert!(
+        found.iter().any(|found| found.contains("`drop` is thinner than a particle") && found.contains("0.4 mm")),
+        "{found:?}"
+    );
+    // Negative controls: a layer of one particle, and a film on a wall that gravity does not press it on.
+    assert!(!is_thin(&film("2 mm")));
+    assert!(!is_thin(&film("0.8 mm").replace("\"9.81 m/s^2\"", "[\"9.81 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"]")));
+}

@@ -148,7 +148,7 @@ fn write_grains(path: &Path, count: usize, random: &mut Random, lying: Lying) {
         DataArray::rounded("speed", 1, speeds.iter().map(|v| v.length())),
         DataArray::rounded("contact_force", 3, flat(&forces)),
     ];
-    let file = PointFile { places: &places, time: None, arrays: &arrays, scalars: None, frame: None };
+    let file = PointFile { places: &places, double: false, time: None, arrays: &arrays, scalars: None, frame: None };
     write_points(path, &file).expect(WRITABLE);
 }
 

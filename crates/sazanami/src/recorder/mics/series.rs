@@ -13,7 +13,6 @@ use sazanami_observe::erosion::Erosion;
 use sazanami_observe::splash::Splash;
 
 use super::{GridObserver, Interface, Soaked, liquid_share};
-use crate::case::meaning::FieldPrecision;
 use crate::clock::Clock;
 use crate::columns::{Quantity, cells, headings, quantities};
 use crate::job::{Job, RecordError};
@@ -189,11 +188,7 @@ pub(super) fn fields(solver: &Solver, Output { job, clock, files }: Output) -> R
     let (Some((grid, mut values)), Some(files)) = (gathered(solver, job, clock), files) else { return Ok(()) };
     // Files have the scalars first.
     values.rotate_left(1);
-    let in_file = match files.precision {
-        FieldPrecision::Single => Array::rounded,
-        FieldPrecision::Double => Array::as_it_is,
-    };
-    let arrays: Vec<DataArray> = values.iter().map(in_file).collect();
+    let arrays: Vec<DataArray> = values.iter().map(|array| array.in_file(files.precision)).collect();
     let (time, frame) = (Some(clock.time()), Some(job.case.output.frame.word()));
     files.image(clock, &ImageFile { grid: &grid, time, cells: &arrays, scalars: Some("liquid_fraction"), frame })
 }

@@ -5,7 +5,7 @@ use sazanami_numerics::choice::Choice;
 use sazanami_numerics::{Real, Vector};
 
 use super::gathered::GatheredTank;
-use crate::case::meaning::GrainArray;
+use crate::case::meaning::{FieldPrecision, GrainArray};
 use crate::clock::Clock;
 use crate::job::{Job, RecordError};
 use crate::recorder::files::Files;
@@ -16,9 +16,10 @@ pub(super) fn write(job: &Job, gathered: &GatheredTank, clock: &Clock, files: &m
     let [shift, _] = job.case.to_written_frame(clock.time());
     let places: Vec<Vector> = gathered.water.position.iter().map(|&x| x + shift).collect();
     let values = values(job, gathered, clock);
-    let arrays: Vec<DataArray> = values.iter().map(Array::rounded).collect();
+    let arrays: Vec<DataArray> = values.iter().map(|array| array.in_file(files.precision)).collect();
+    let double = files.precision == FieldPrecision::Double;
     let (time, frame) = (Some(clock.time()), Some(job.case.output.frame.word()));
-    let file = PointFile { places: &places, time, arrays: &arrays, scalars: Some("pressure"), frame };
+    let file = PointFile { places: &places, double, time, arrays: &arrays, scalars: Some("pressure"), frame };
     files.fluid_points(clock, &file)
 }
 

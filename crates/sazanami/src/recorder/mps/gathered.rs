@@ -8,6 +8,7 @@ use sazanami_mps::weight::Weight;
 use sazanami_mps::{Kind, Role};
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::ripples::{GrainView, Interpolation, SurfaceProfile, TankInside, WaterView, water_surface};
+use sazanami_posing::assembly::wetted::PlacedLiquids;
 
 use super::TankSums;
 use crate::recorder::grain_files::in_tank;
@@ -205,16 +206,16 @@ impl GatheredTank {
 
     /// Sums over what was gathered, and over the grains of all ranks. All ranks take part; the sums are on rank 0.
     ///
-    /// `gravity` is that of the case [m/s^2]. Grains weigh less by the water that they displace, as far as there is water around them;
-    /// those that no step has looked at lie in what water there is. Along periodic sides there is no height.
-    pub fn sums(&self, solver: &Solver, gravity: Vector) -> TankSums {
+    /// Weights and energies are those under a `force` per mass [m/s^2]. Grains weigh less by the water that they displace, as far as there is
+    /// water around them; those that no step has looked at lie in the liquids of the start. Along periodic sides there is no height.
+    pub fn sums(&self, solver: &Solver, force: Vector, start: &PlacedLiquids) -> TankSums {
         let settings = solver.settings();
         let density = settings.fluid.density;
         let tank = solver.tank();
         let lower = tank.lower;
         let [is_wet] = solver.sum_over_fluid(|_, _| [1.0]).map(|particles| particles > 0.0);
         let periodic = solver.domain().periodic();
-        let uphill = Vector::from_array(std::array::from_fn(|d| if periodic[d] { 0.0 } else { -gravity[d] }));
+        let uphill = Vector::from_array(std::array::from_fn(|d| if periodic[d] { 0.0 } else { -force[d] }));
         let mass = solver.particle_mass();
         let drift = self.drift;
         let phase = solver.grains();
@@ -222,21 +223,23 @@ impl GatheredTank {
         let drag = &phase.coupling().drag;
         let mut sums = [0.0; 9];
         for g in 0..all.owned() {
-            let volume = volume(diameter_of(phase.engine(), g));
+            let diameter = diameter_of(phase.engine(), g);
+            let volume = volume(diameter);
             let (momentum, drifting) = (all.mass[g] * all.velocity[g], all.mass[g] * drift);
             (0..3).for_each(|d| sums[d] += momentum[d] - drifting[d]);
             sums[3] += all.kinetic_energy(g) - momentum.dot(drift) + 0.5 * drifting.dot(drift);
             let [void_fraction, _] = phase.surroundings(g);
+            let place = in_tank(solver.domain(), all.position[g], self.shift);
             let wet = match () {
                 () if !is_wet => 0.0,
                 () if void_fraction > 0.0 => phase.submerged(g),
-                () => 1.0,
+                () => start.part(place, diameter),
             };
             let submerged = all.mass[g] - density * volume * wet;
-            let place = in_tank(solver.domain(), all.position[g], self.shift) - lower;
+            let place = place - lower;
             sums[5] += (submerged * uphill).dot(place);
             if all.motion[g] == Motion::Free {
-                sums[4] -= submerged * gravity.z;
+                sums[4] -= submerged * force.z;
                 // What free grains do to each other cancels: what carries them is left.
                 sums[8] += all.contact_force[g].z;
             }

@@ -17,6 +17,7 @@ use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::budget::{FluidMomentumBudget, ParticleImpulses};
 use sazanami_observe::ripples::{self, BedFormSettings, BedForms, LayerMeans, SurfaceProfile, TankInside};
+use sazanami_posing::assembly::wetted::PlacedLiquids;
 use serde_json::{Map, json};
 
 use super::bed::GatheredGrains;
@@ -67,8 +68,8 @@ pub(super) struct TankSums {
     pub fluid_energy: Real,
     /// Kinetic energy of the grains \[J].
     pub grain_energy: Real,
-    /// Potential energy of fluid and grains against gravity, from the lower corner of the tank \[J]: of grains with their weight less that
-    /// of the water they displace.
+    /// Potential energy of fluid and grains against the constant force, from the lower corner of the tank \[J]: of grains with their weight
+    /// less that of the water they displace.
     pub potential_energy: Real,
     /// Weight of the free grains along x3 less that of the fluid they displace \[N].
     pub submerged_weight: Real,
@@ -96,8 +97,10 @@ pub(crate) struct ParticleObserver {
     moving: Option<TankMotion>,
     /// Period of that motion, or of the acceleration that stands for it \[s].
     period: Option<Real>,
-    /// Gravity [m/s^2].
-    gravity: Vector,
+    /// Constant force per mass, gravity in the box as a rule [m/s^2].
+    force: Vector,
+    /// Liquids where they lay at the start.
+    start: PlacedLiquids,
     /// Particle spacing \[m].
     spacing: Real,
     gathered: GatheredTank,
@@ -185,7 +188,7 @@ fn tank_motion(motion: Option<&TankMotion>, time: Real) -> [Vector; 2] {
 /// Speed that gravity in the box does not explain: five times `sqrt(g H)` of its height, twice that of poured water if it
 /// is more [m/s].
 fn unlikely_speed(case: &Case) -> Real {
-    let wave = (case.gravity.length() * case.domain.extent().z).sqrt();
+    let wave = (case.resting_gravity().length() * case.domain.extent().z).sqrt();
     let poured = case.liquids.iter().map(|liquid| liquid.velocity.length()).fold(0.0, Real::max);
     if wave > 0.0 { (5.0 * wave).max(2.0 * poured) } else { Real::INFINITY }
 }
@@ -212,7 +215,8 @@ impl Observer for ParticleObserver {
             forms: form_settings(job.case),
             moving: job.case.frame.as_ref().filter(|_| job.case.walls_move()).and_then(|frame| frame.motion.clone()),
             period: job.case.period(),
-            gravity: job.case.gravity,
+            force: job.case.constant_force_by_mass(),
+            start: PlacedLiquids::of(job.case, job.case.domain.lower.z),
             spacing: job.case.particles.as_ref().map_or(1.0, |particles| particles.spacing),
             gathered: GatheredTank::default(),
             gathered_at: None,
@@ -239,7 +243,8 @@ impl Observer for ParticleObserver {
                 self.momentum.balance(water.fluid_momentum());
             }
             None => {
-                grains.measure_bed();
+                let bed_height = water.domain().max(grains.measure_bed().0);
+                self.start = PlacedLiquids::of(job.case, bed_height);
                 self.measure_all(water, 0.0);
                 self.first_volume = self.sums.volume;
                 self.momentum = FluidMomentumBudget::new(water.fluid_momentum());
@@ -404,7 +409,7 @@ impl ParticleObserver {
     /// Measures grains and water. All ranks take part.
     fn measure_all(&mut self, water: &mut Solver, time: Real) {
         self.gather(water, time);
-        self.sums = self.gathered.sums(water, self.gravity);
+        self.sums = self.gathered.sums(water, self.force, &self.start);
         self.momentum.balance(water.fluid_momentum());
         self.departures.clone_from(water.grains().engine().departures());
         self.arrivals.clone_from(water.grains().engine().arrivals());

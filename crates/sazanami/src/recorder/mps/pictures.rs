@@ -163,7 +163,7 @@ fn weight_of_grain(case: &Case) -> Real {
     let first = case.grains.first();
     let density = first.and_then(|kind| case.material(&kind.material)).map_or(SAND, |material| material.density);
     let size = first.and_then(|kind| Some(kind.shape.size()? * kind.usual_factor())).unwrap_or(1e-3);
-    submerged_weight(size, density, case.fluid.liquid.density, case.gravity.length()).abs()
+    submerged_weight(size, density, case.fluid.liquid.density, case.resting_gravity().length()).abs()
 }
 
 #[cfg(test)]

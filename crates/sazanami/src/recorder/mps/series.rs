@@ -88,13 +88,13 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<ParticleObserver>] = quantiti
     "contacts", "", "touching pairs of grains" => |row| of_step(row, |step| step.contacts.contacts);
     "largest_overlap", "", "largest overlap over the radius; below 5 %"
         => |row| of_step(row, |step| step.contacts.largest_overlap);
-    "contact_force_over_submerged_weight", "", "force of walls and held grains on the free grains along x3 over their weight less that of the water they displace: 1 at rest, about 1 on the mean over a period; a bed that stays far below is carried by the water (fluidised)"
+    "contact_force_over_submerged_weight", "", "force of walls and held grains on the free grains along x3 over their weight less that of the water they displace, under gravity less the constant acceleration of the box (`frame.acceleration`): 1 at rest, about 1 on the mean over a period; a bed that stays far below is carried by the water (fluidised)"
         => carried_share;
-    "bulk_volume_relative_change", "", "change of the bulk volume of the water since the start; 1e-3"
+    "bulk_volume_relative_change", "", "change of the bulk volume of the water, with the room of the grains in it, since the start; 1e-3"
         => |row| row.observer.volume_change().into();
     "kinetic_energy_fluid", "J", "kinetic energy of the water" => |row| row.observer.sums.fluid_energy.into();
     "kinetic_energy_grains", "J", "kinetic energy of the grains" => |row| row.observer.sums.grain_energy.into();
-    "potential_energy", "J", "potential energy of the water and of the grains, their weight less that of the water they displace, from the lower corner of the tank"
+    "potential_energy", "J", "potential energy of the water and of the grains, their weight less that of the water they displace, from the lower corner of the tank, against what does not change: gravity less `frame.acceleration`, and a `drive.acceleration` by mass; none along periodic sides"
         => |row| row.observer.sums.potential_energy.into();
     "momentum_1", "N s", "momentum of water and grains along x1, against the tank"
         => |row| row.observer.sums.momentum.x.into();
@@ -147,7 +147,7 @@ pub(in crate::recorder) const CONSERVATION: &[Field<ParticleObserver>] = quantit
     "fed_mass", "kg", "their mass" => |observer| json!(observer.arrivals.mass);
     "fed_momentum", "N s", "momentum that they had when forces began to move them"
         => |observer| json!(observer.arrivals.momentum.to_array());
-    "liquid_volume_relative_change", "", "as `fluid_bulk_volume_relative_change`"
+    "liquid_volume_relative_change", "", "as `fluid_bulk_volume_relative_change`: of the bulk volume, with the room of the grains in the water, not of the water alone"
         => |observer| json!(observer.volume_change());
     "momentum_residual_relative", "", "largest part of `fluid_momentum_residual_relative`"
         => |observer| json!(observer.momentum.relative_residual().into_iter().flatten().reduce(Real::max));

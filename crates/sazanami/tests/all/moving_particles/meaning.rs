@@ -117,7 +117,11 @@ fn wrong_tanks_are_refused_with_a_reason() {
         ),
         (
             vec!["boundary.x1_lower={ inflow = { velocity = [\"1 m/s\",\"0 m/s\",\"0 m/s\"] } }".into()],
-            "cannot have the side",
+            "cannot have the side x1_lower: it is `inflow`",
+        ),
+        (
+            vec!["boundary.x3_upper={ moving = { velocity = [\"1 m/s\",\"0 m/s\",\"0 m/s\"] } }".into()],
+            "cannot have the side x3_upper: it is `moving`",
         ),
         (vec!["overlap.blend=[0.5, 0.4]".into()], "a lower and an upper"),
         (vec!["overlap.pressure_force=implicit".into()], "`pressure_force` is no longer a key"),

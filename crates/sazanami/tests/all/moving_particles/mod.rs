@@ -13,6 +13,7 @@ use sazanami::machine::Machine;
 use sazanami::progress::StepLine;
 use sazanami::tanks;
 use sazanami_io::checkpoint::{CheckpointReader, CheckpointWriter};
+use sazanami_io::vtk::{Values, VtkFile};
 use sazanami_numerics::Real;
 use sazanami_test_support::vtk::parse;
 
@@ -419,4 +420,25 @@ fn lift_beside_the_edge_of_the_water_is_a_number() {
         let fastest = left.column("largest_grain_speed").into_iter().skip(1).fold(0.0, Real::max);
         assert!(fastest < 0.2, "{lift}: {fastest}");
     }
+}
+
+#[test]
+fn fields_of_particles_have_the_precision_asked_for() {
+    let scratch = Scratch::new("precision");
+    let text = water_alone("[preparation]\nrelax_steps = 0\nsettle = \"0 s\"\ncache = false\n");
+    let written = |precision: &str| {
+        let overrides = ["output.fields.at=[\"0 s\"]".to_owned(), format!("output.precision={precision}")];
+        let folder = scratch.join(precision);
+        ran(&text, &overrides.each_ref().map(String::as_str), &folder, On::threads(1).steps(1));
+        let file = VtkFile::read(&folder.join("fields/fields-000000000.vtp")).unwrap();
+        let is_double = |name: &str| matches!(file.values(name).unwrap().1, Values::F64(_));
+        let widths = ["Points", "velocity", "pressure", "void_fraction"].map(is_double);
+        (widths, file.doubles("Points").unwrap())
+    };
+    let ((double, exact), (single, rounded)) = (written("double"), written("single"));
+    assert!(double.iter().all(|&double| double), "{double:?}");
+    let apart = exact.iter().zip(&rounded).map(|(a, b)| (a - b).abs()).fold(0.0, Real::max);
+    assert!(apart > 0.0 && apart < 1e-8, "{apart}");
+    // Negative control: by default four bytes.
+    assert!(!single.iter().any(|&double| double), "{single:?}");
 }
