@@ -328,7 +328,7 @@ impl PressureEquation {
             };
             progress.iterations += more.0;
             progress.residual = more.1;
-            if !(progress.residual <= tolerance) {
+            if progress.residual.is_nan() || progress.residual > tolerance {
                 let Progress { iterations, residual, .. } = progress;
                 return Err(PressureError::NotConverged { iterations, residual, tolerance });
             }

@@ -290,7 +290,7 @@ fn speed_after_a_step(solver: &mut Solver, void: impl Fn(Vector) -> Real, clear:
     conjugate.sum_over_pairs(step, (&Mirrors::of(tank), widest), near, particles, equation);
     conjugate.add_viscosity_and_body_force(step, tank, near, particles, equation);
     conjugate.set_right_side(step, particles, near, equation);
-    conjugate.solve_pressure(step, near, particles, equation).unwrap();
+    conjugate.solve_pressure(step, near, particles, equation, Real::INFINITY).unwrap();
     conjugate.correct_velocities(step, particles, equation);
     let speed = |a: usize| if particles.is_fluid(a) { conjugate.new.velocity[a].length() } else { 0.0 };
     (0..particles.owned).map(speed).fold(0.0, Real::max) / (10.0 * step.dt)
