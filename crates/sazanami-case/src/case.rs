@@ -457,6 +457,18 @@ impl Case {
         self.grains.iter().any(|population| levels(&population.placement))
     }
 
+    /// Whether a bed from a file comes to rest before the run begins.
+    #[must_use]
+    pub fn relaxes(&self) -> bool {
+        self.grains.iter().any(|population| matches!(&population.placement, GrainPlacement::Bed(bed) if bed.relax))
+    }
+
+    /// Whether a liquid has a velocity from the start.
+    #[must_use]
+    pub fn sets_in_motion(&self, liquid: &LiquidRegion) -> bool {
+        liquid.velocity != Vector::ZERO || self.fluid.initial_velocity.is_some()
+    }
+
     /// Whether grains are fed in during the run.
     #[must_use]
     pub fn feeds(&self) -> bool {

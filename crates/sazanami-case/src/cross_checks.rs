@@ -65,7 +65,8 @@ fn falls_elsewhere(case: &Case) -> bool {
 
 /// Warns of what is measured of beds where grains do not lie on the floor.
 fn check_beds(case: &Case, cx: &mut Context<'_>) {
-    if !falls_elsewhere(case) {
+    // Where grains are packed across gravity that is refused.
+    if !falls_elsewhere(case) || packs_across(case) {
         return;
     }
     for (table, what) in [("bed", "a bed is"), ("heap", "a heap is"), ("erosion", "a crater is")] {
@@ -309,12 +310,16 @@ fn check_floor(case: &Case, cx: &mut Context<'_>) {
             .label("the side x3_lower is no wall for grains")
             .help("make `x3_lower` \"no_slip\" or \"slip\"");
     }
-    let down = -case.gravity.z;
-    if case.packs() && down <= case.gravity.x.hypot(case.gravity.y) {
+    if packs_across(case) {
         let span = cx.places.of("gravity");
         cx.report
             .error_at(span, "gravity does not press these grains onto the floor")
             .label("its largest part has to point down x3")
             .help("write `gravity = \"9.8 m/s^2\"`, which points down by itself");
     }
+}
+
+/// Whether grains are packed where gravity does not press them onto the floor.
+fn packs_across(case: &Case) -> bool {
+    case.packs() && -case.gravity.z <= case.gravity.x.hypot(case.gravity.y)
 }

@@ -99,7 +99,8 @@ impl Known {
         let axis = self.bed.axis;
         let mut falling = self.liquids.iter().filter(|liquid| liquid.falls());
         let (Some(drop), None) = (falling.next(), falling.next()) else { return axis };
-        let Some(mut place) = drop.meets_bed(axis) else { return axis };
+        let gravity = self.gravity - self.frame.as_ref().map_or(Vector::ZERO, |frame| frame.acceleration);
+        let Some(mut place) = drop.meets_bed(axis, gravity) else { return axis };
         let (lower, extent) = (self.domain.lower, self.domain.extent());
         for d in 0..2 {
             let repeats = self.boundary[d][0] == BoundarySide::Periodic;

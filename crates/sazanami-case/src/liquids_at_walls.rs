@@ -1,4 +1,4 @@
-//! Liquids that begin by flowing into a wall beside them, and velocities that a preparation takes away.
+//! Liquids that begin by flowing into a wall beside them.
 
 use sazanami_numerics::{Real, Vector};
 
@@ -13,7 +13,7 @@ const PLACES: usize = 9;
 /// Part of the largest velocity that is round-off, and of the box that lies within a wall.
 const TINY: Real = 1e-9;
 
-/// Warns of each liquid that flows into a wall, and of velocities that are lost.
+/// Warns of each liquid that flows into a wall.
 pub fn check(case: &Case, cx: &mut Context<'_>) {
     for (n, liquid) in case.liquids.iter().enumerate().filter(|(_, liquid)| liquid.fluid == FluidName::Liquid) {
         for (d, upper) in (0..3).flat_map(|d| [(d, 0), (d, 1)]) {
@@ -28,14 +28,6 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
                 .warning(span, format!("`{}` flows into the wall {} from the start", liquid.name, SIDE_NAMES[d][upper]))
                 .label(format!("at {} m/s: {to}", rounded(speed)))
                 .help(format!("leave out the velocity along x{}, or leave room between liquid and wall", d + 1));
-        }
-        let moves = liquid.velocity != Vector::ZERO || case.fluid.initial_velocity.is_some();
-        if case.solver == Solver::Mps && case.preparation.relax_steps > 0 && moves {
-            let span = cx.places.near(&format!("liquid.{n}.velocity"));
-            cx.report
-                .warning(span, format!("`{}` does not begin with its velocity", liquid.name))
-                .label("the preparation brings the water to rest first")
-                .help("write `preparation.relax_steps = 0`, or hold a mean velocity with `drive.mean_velocity`");
         }
     }
 }

@@ -93,21 +93,19 @@ fn check_sides(case: &Case, cx: &mut Context<'_>) {
         let kind = match case.boundary[d][upper] {
             BoundarySide::Inflow { .. } => "inflow",
             BoundarySide::Moving { .. } => "moving",
-            _ => "",
-        };
-        match case.boundary[d][upper] {
-            BoundarySide::Inflow { .. } | BoundarySide::Moving { .. } => cx
-                .report
-                .error_at(span, format!("moving particles cannot have the side {name}: it is `{kind}`"))
-                .label("sides of this kind are for `solver = \"mics\"`")
-                .help("write \"no_slip\", \"slip\", \"periodic\" or \"outflow\""),
-            BoundarySide::FixedPressure { pressure, fluid } if pressure != 0.0 || fluid == FluidName::Liquid => cx
-                .report
-                .error_at(span, format!("moving particles leave through the side {name}, and none come in"))
-                .label("beyond an open side there is air at pressure zero")
-                .help("write \"outflow\""),
+            BoundarySide::FixedPressure { pressure, fluid } if pressure != 0.0 || fluid == FluidName::Liquid => {
+                cx.report
+                    .error_at(span, format!("moving particles leave through the side {name}, and none come in"))
+                    .label("beyond an open side there is air at pressure zero")
+                    .help("write \"outflow\"");
+                continue;
+            }
             _ => continue,
         };
+        cx.report
+            .error_at(span, format!("moving particles cannot have the side {name}: it is `{kind}`"))
+            .label("sides of this kind are for `solver = \"mics\"`")
+            .help("write \"no_slip\", \"slip\", \"periodic\" or \"outflow\"");
     }
     let span = cx.places.at("boundary");
     let any = |wanted: BoundarySide| case.boundary.iter().flatten().any(|side| *side == wanted);

@@ -86,7 +86,7 @@ pub fn check(case: &Case, known: Known, machine: &Machine, threads: usize, model
     let in_flow = |p: &PopulationReport| p.levelled.or(p.grains).unwrap_or(0);
     let grains = populations.iter().map(in_flow).sum();
     let contact_spheres = populations.iter().map(|p| in_flow(p) * p.contact_spheres.unwrap_or(0)).sum();
-    let particles = particles::report(case);
+    let particles = particles::report(case, known.shapes);
     let tank = particles.as_ref().and_then(|particles| particles.tank.as_ref());
     let (pace, reached) = (Pace::at_start(case, &populations), Pace::reached(case, &populations, tank));
     // What gets no faster than at the start slows down as foretold.
@@ -130,7 +130,7 @@ pub fn check(case: &Case, known: Known, machine: &Machine, threads: usize, model
         cells: case.domain.cells,
         cell_count: size.cells,
         spacing_m: spacing.to_array(),
-        liquids: liquid_reports(case),
+        liquids: liquid_reports(case, known.shapes),
         exchange: exchange_of(case, known.shapes).map(|(scheme, narrowest_cells)| ExchangeReport {
             scheme: scheme.word(),
             narrowest_cells: Some(narrowest_cells).filter(|cells| cells.is_finite()),
@@ -188,7 +188,7 @@ fn liquid_volume(case: &Case) -> Real {
     liquids.filter_map(|(liquid, taken)| Some(volumes::volume_within(case, liquid)? * (1.0 - taken))).sum()
 }
 
-fn liquid_reports(case: &Case) -> Vec<LiquidReport> {
+fn liquid_reports(case: &Case, shapes: &[ShapeFacts]) -> Vec<LiquidReport> {
     let report = |(liquid, volume): (&LiquidRegion, Option<Real>)| {
         let density = match liquid.fluid {
             FluidName::Liquid => case.fluid.liquid.density,
@@ -204,5 +204,5 @@ fn liquid_reports(case: &Case) -> Vec<LiquidReport> {
             cells_per_height: Some((high - low) / case.domain.spacing().z).filter(|n| n.is_finite()),
         }
     };
-    case.liquids.iter().zip(particles::volumes_between_grains(case)).map(report).collect()
+    case.liquids.iter().zip(particles::volumes_between_grains(case, shapes)).map(report).collect()
 }

@@ -242,6 +242,7 @@ fn facts_of(shape: &Shape, bed: Option<&Bed>) -> ShapeFacts {
         contact_spheres: Some(report.contact_spheres),
         size: Some((high - low).min_element()),
         grains: bed.map(|bed| bed.grains.len()),
+        bed_volume: bed.map(|bed| report.volume * bed.grains.iter().map(|grain| grain.scale.powi(3)).sum::<Real>()),
         body: Some(Body::from(shape)),
         lines,
     }
@@ -274,7 +275,7 @@ impl Search<'_> {
         self.liquids(&lying);
         self.poured();
         self.thin();
-        self.prepared(&lying);
+        self.prepared(&lying, facts);
     }
 
     /// Place of a population in the file.

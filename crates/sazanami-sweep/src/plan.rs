@@ -157,6 +157,10 @@ mod tests {
             ("case = \"a.toml\"\n[keys]\n\"a\" = { from = \"1 mx\", to = \"2 mx\", count = 2 }\n", "mx"),
             ("case = \"a.toml\"\npoints = \"zipp\"\n[keys]\n\"a\" = [1]\n", "did you mean `zip`?"),
             ("case = \"a.toml\"\npoints = \"zip\"\n[keys]\n\"a\" = [1]\n\"b\" = [1, 2]\n", "equally many"),
+            (
+                "case = \"a.toml\"\npoints = \"zip\"\n[keys]\n\"a\" = { from = 1, to = 2, count = 1000000000 }\n",
+                "more than the",
+            ),
             ("case = \"a.toml\"\npoints = { sobol = {} }\n[keys]\n\"a\" = [1]\n", "number of points is missing"),
             ("case = \"a.toml\"\n[set]\n\"a\" = 1\n[keys]\n\"a\" = [1]\n", "is set and varied"),
             (

@@ -134,8 +134,8 @@ pub struct Erosion {
     #[key(word, default = CountedGrains::Surface, paper_literal = (Yagyu, CountedGrains::All,
           "the wording counts all grains of a cell, not only those at the surface"))]
     pub mode: CountedGrains,
-    /// Axis in x1 and x2. The default is where the only liquid that falls comes to the height H_s with its middle, as it goes on along its
-    /// way; one with a `position`, whose height above the bed is not given, where it starts.
+    /// Axis in x1 and x2. The default is where the only liquid that falls comes to the height H_s with its middle, as it falls freely;
+    /// one with a `position`, whose height above the bed is not given, where it starts.
     #[key(unit = "m", default = cx.known.impact(), says = "where the drop meets the bed; `bed.axis` with no drop or several")]
     pub axis: [Real; 2],
 }

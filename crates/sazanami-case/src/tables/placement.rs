@@ -156,7 +156,8 @@ pub struct BedFile {
     #[key(range = Positive, default = 1.0)]
     pub scale: Real,
     /// Whether the grains come to rest, without fluid, before the run begins; grains that overlap part at 0.05 m/s at
-    /// most first. All grains of the case take part; not beside `placement.packed`.
+    /// most first. All grains of the case take part, on a grid behind open sides until the run begins; not beside
+    /// `placement.packed`.
     #[key(default = false)]
     pub relax: bool,
     /// The case that makes the file; named in the message if the file is missing.

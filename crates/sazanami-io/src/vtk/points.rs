@@ -24,7 +24,8 @@ pub struct PointFile<'a> {
     pub frame: Option<&'a str>,
 }
 
-/// Writes points as vertices to a `.vtp` file, all at once; coordinates in four bytes, or eight where they lie far from the origin.
+/// Writes points as vertices to a `.vtp` file, all at once; coordinates in four bytes, or in eight where [`PointFile::double`] asks for
+/// them or they lie far from the origin.
 ///
 /// # Errors
 /// If an array does not fit the points or the file system refuses.

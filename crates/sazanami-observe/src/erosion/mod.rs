@@ -298,6 +298,9 @@ impl Erosion {
     /// [`ErosionError`] if the settings make no sense or the bed does not reach the axis.
     pub fn of(bed: &BedView, settings: &ErosionSettings, initial: Option<&InitialBed>) -> Result<Self, ErosionError> {
         settings.check()?;
+        if bed.is_empty() {
+            return Err(ErosionError::NoSurface);
+        }
         let ground = settings.ground();
         let Ground { lower, upper, .. } = ground.about(settings.axis);
         let about = ErosionSettings { lower, upper, periodic: [false; 2], ..*settings };
@@ -705,5 +708,8 @@ mod tests {
         assert!(matches!(refused(ErosionSettings { layer: 0.0, ..settings() }), ErosionError::NotALength { .. }));
         assert!(matches!(refused(ErosionSettings { layer: 0.01, ..settings() }), ErosionError::TooFewLayers { .. }));
         assert_eq!(refused(ErosionSettings { axis: [0.1, 0.1], ..settings() }), ErosionError::NoSurface);
+        // Nor has a bed that all grains have left.
+        let nothing = Bed::new(D, Vec::new());
+        assert_eq!(nothing.view(|view| Erosion::of(view, &settings(), None)).unwrap_err(), ErosionError::NoSurface);
     }
 }

@@ -101,11 +101,13 @@ pub fn setup(case: &Case, shapes: &[Shape]) -> Setup {
     setup_between(case, shapes, case.dem.grain_walls)
 }
 
-/// The same for a levelled bed that comes to rest, where that differs: between the walls that it was packed in, open sides too.
+/// The same for a bed of a grid that comes to rest, levelled or from a file, where that differs: between the walls of its packing, open
+/// sides too.
 #[must_use]
-pub fn levelling_setup(case: &Case, shapes: &[Shape]) -> Option<Setup> {
+pub fn resting_setup(case: &Case, shapes: &[Shape]) -> Option<Setup> {
     let sides = vessel(case);
-    (case.levels() && sides != case.dem.grain_walls).then(|| setup_between(case, shapes, sides))
+    let differs = case.solver == Solver::Mics && (case.levels() || case.relaxes()) && sides != case.dem.grain_walls;
+    differs.then(|| setup_between(case, shapes, sides))
 }
 
 fn setup_between(case: &Case, shapes: &[Shape], sides: Sides) -> Setup {

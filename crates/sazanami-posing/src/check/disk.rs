@@ -24,7 +24,7 @@ const MESH_OF_VALUE: Real = 20.0;
 /// Results on disk by key of `[output]` \[bytes], and the checkpoints kept.
 pub(super) fn disk(case: &Case, size: &Size, [steps, dt]: [Real; 2], model: &CostModel) -> [(&'static str, Real); 6] {
     let outputs = &case.output;
-    let (elements, element) = match particles::report(case) {
+    let (elements, element) = match particles::report(case, &[]) {
         Some(particles) => (particles.fluid, model.disk_point),
         None => (size.cells, model.disk_cell),
     };

@@ -59,7 +59,7 @@ fn observer_memory(case: &Case, model: &CostModel) -> Real {
 
 /// Memory of the fluids \[bytes].
 fn fluid_memory(case: &Case, model: &CostModel) -> Real {
-    match particles::report(case) {
+    match particles::report(case, &[]) {
         Some(particles) => particles::memory(case, &particles, model),
         None => with_layers(case.domain.cells) * per_cell(case, model),
     }

@@ -16,7 +16,12 @@ const PLACES: usize = 48;
 
 /// Part of the volume of each liquid that later liquids and bubbles take; those above the bed where a bed of its grains reaches, about.
 pub(crate) fn taken(case: &Case) -> Vec<Real> {
-    let regions: Vec<_> = regions(case, bed_top(case)).into_iter().map(|(region, _)| (region, false)).collect();
+    taken_beside(case, bed_top(case, &[]))
+}
+
+/// The same beside a `bed` of this height \[m].
+pub(super) fn taken_beside(case: &Case, bed: Real) -> Vec<Real> {
+    let regions: Vec<_> = regions(case, bed).into_iter().map(|(region, _)| (region, false)).collect();
     (0..regions.len()).map(|n| part(case, &regions, n, |_| true)).collect()
 }
 

@@ -5,9 +5,9 @@ use sazanami_numerics::{Real, Vector};
 use serde::Serialize;
 
 use super::bed_flow::{BedReport, bed_flow};
-use super::volumes::{displaced, volume_within};
+use super::volumes::{bed_top, displaced, volume_within};
 use super::waves::{TankReport, tank};
-use super::{CostModel, overlapping};
+use super::{CostModel, ShapeFacts, overlapping};
 use crate::assembly::particles;
 use crate::case::meaning::{Case, FluidName, Particles, Preparation, Solver};
 
@@ -34,12 +34,12 @@ pub struct ParticlesReport {
     pub bed: Option<BedReport>,
 }
 
-/// Describes particles and tank; `None` for the other solver.
-pub(super) fn report(case: &Case) -> Option<ParticlesReport> {
+/// Describes particles and tank, between the grains of a bed file too where `shapes` know them; `None` for the other solver.
+pub(super) fn report(case: &Case, shapes: &[ShapeFacts]) -> Option<ParticlesReport> {
     let particles = case.particles.as_ref().filter(|_| case.solver == Solver::Mps)?;
     Some(ParticlesReport {
         spacing_m: particles.spacing,
-        fluid: fluid(case, particles),
+        fluid: fluid(case, particles, shapes),
         walls: walls(case, particles),
         tank: tank(case),
         bed: bed_flow(case),
@@ -47,19 +47,19 @@ pub(super) fn report(case: &Case) -> Option<ParticlesReport> {
 }
 
 /// Fluid particles: what the liquids hold between the grains.
-fn fluid(case: &Case, particles: &Particles) -> usize {
+fn fluid(case: &Case, particles: &Particles, shapes: &[ShapeFacts]) -> usize {
     let box_ = case.domain.extent().element_product();
-    let volumes = case.liquids.iter().zip(volumes_between_grains(case));
+    let volumes = case.liquids.iter().zip(volumes_between_grains(case, shapes));
     let liquids = volumes.filter(|(liquid, _)| liquid.fluid == FluidName::Liquid);
     let liquid: Real = liquids.map(|(_, volume)| volume.unwrap_or(box_)).sum();
     (liquid / particles.spacing.powi(3)).round() as usize
 }
 
 /// Volume of each liquid within the box, without what later ones take of it [m^3]; among moving particles without the grains that lie in it.
-pub(super) fn volumes_between_grains(case: &Case) -> Vec<Option<Real>> {
+pub(super) fn volumes_between_grains(case: &Case, shapes: &[ShapeFacts]) -> Vec<Option<Real>> {
     let overlapped = case.solver == Solver::Mps;
-    let displaced = if overlapped { displaced(case) } else { vec![0.0; case.liquids.len()] };
-    let all = case.liquids.iter().zip(overlapping::taken(case)).zip(displaced);
+    let displaced = if overlapped { displaced(case, shapes) } else { vec![0.0; case.liquids.len()] };
+    let all = case.liquids.iter().zip(overlapping::taken_beside(case, bed_top(case, shapes))).zip(displaced);
     all.map(|((liquid, taken), displaced)| Some((volume_within(case, liquid)? * (1.0 - taken) - displaced).max(0.0)))
         .collect()
 }

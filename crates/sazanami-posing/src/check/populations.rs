@@ -18,6 +18,8 @@ pub struct ShapeFacts {
     pub size: Option<Real>,
     /// Number of grains, where a bed file tells it.
     pub grains: Option<usize>,
+    /// Volume of all grains of a bed file [m^3].
+    pub bed_volume: Option<Real>,
     /// Contact spheres and inertia of a grain of size factor 1.
     pub body: Option<Body>,
     /// Description of the shape, a line each, for the report of `check`.

@@ -6,7 +6,7 @@ use sazanami_numerics::geometry::RegionFractions;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
-use super::PACKED_SPHERES;
+use super::{PACKED_SPHERES, ShapeFacts};
 use crate::assembly::fluid::origin_of;
 use crate::assembly::grains;
 use crate::assembly::wetted::PlacedLiquids;
@@ -43,27 +43,30 @@ pub(crate) fn volume_within(case: &Case, liquid: &LiquidRegion) -> Option<Real> 
     Some(room * filled / CELLS.pow(3) as Real)
 }
 
-/// Volume of the grains of a bed that is packed or read, after it was levelled [m^3].
-fn solid(case: &Case) -> Real {
-    let of_population = |population: &Population| {
+/// Volume of the grains of a bed that is packed or read, after it was levelled [m^3]; of one from a file as `shapes` know it.
+fn solid(case: &Case, shapes: &[ShapeFacts]) -> Real {
+    let of_population = |(n, population): (usize, &Population)| {
+        if let Some(volume) = shapes.get(n).and_then(|facts| facts.bed_volume) {
+            return volume;
+        }
         let count = levelled(case, population).or(population.count).unwrap_or_default();
         count as Real * population.shape.volume().unwrap_or_default() * population.sizes().mean_cube()
     };
     let in_bed =
-        |population: &&Population| matches!(population.placement, GrainPlacement::Packed(_) | GrainPlacement::Bed(_));
-    case.grains.iter().filter(in_bed).map(of_population).sum()
+        |population: &Population| matches!(population.placement, GrainPlacement::Packed(_) | GrainPlacement::Bed(_));
+    case.grains.iter().enumerate().filter(|(_, population)| in_bed(population)).map(of_population).sum()
 }
 
-/// Height of the bed of a case, about \[m]; the floor without one.
-pub(crate) fn bed_top(case: &Case) -> Real {
+/// Height of the bed of a case, about \[m]; the floor without one. Of a bed from a file nothing is known without its `shapes`.
+pub(crate) fn bed_top(case: &Case, shapes: &[ShapeFacts]) -> Real {
     let extent = case.domain.extent();
-    case.domain.lower.z + solid(case) / (PACKED_SPHERES * extent.x * extent.y)
+    case.domain.lower.z + solid(case, shapes) / (PACKED_SPHERES * extent.x * extent.y)
 }
 
 /// Volume of each liquid that grains take which lie in it as the run begins, about [m^3]: a bed as far as it lies below the surface, listed grains
 /// and those of a lattice where they are, none that are fed in.
-pub(super) fn displaced(case: &Case) -> Vec<Real> {
-    let bed = bed_top(case);
+pub(super) fn displaced(case: &Case, shapes: &[ShapeFacts]) -> Vec<Real> {
+    let bed = bed_top(case, shapes);
     let liquids = PlacedLiquids::of(case, bed);
     let mut displaced = vec![0.0; case.liquids.len()];
     for grain in grains::placed(case, &vec![None; case.grains.len()]) {

@@ -34,7 +34,7 @@ impl Search<'_> {
     }
 
     /// Height of the highest node near the axis, H_s \[m]; the floor without grains there.
-    fn bed_height(&self, lying: &[Placed]) -> Real {
+    pub(super) fn bed_height(&self, lying: &[Placed]) -> Real {
         let bodies: Vec<Body> = self.shapes.iter().map(Body::of).collect();
         let all = lying.iter();
         let body: Vec<u32> = all.clone().map(|grain| grain.population as u32).collect();

@@ -1,11 +1,11 @@
 //! Whether particles can hold the liquids of a case.
 
-use sazanami_numerics::Real;
+use sazanami_numerics::{Real, Vector};
 
 use super::{ROUNDED, Search};
 use crate::amounts::{self, length};
 use crate::assembly::particles::OFF;
-use crate::case::meaning::{FluidName, Placement, Solver};
+use crate::case::meaning::{FluidName, LiquidRegion, Placement, Solver};
 use crate::case::units::rounded;
 use crate::check::{taken, volume_within};
 
@@ -47,15 +47,29 @@ impl Search<'_> {
         let pull = self.case.resting_gravity().abs();
         let Some(along) = (0..3).find(|&d| pull[d] > 0.0 && pull[d] == pull.max_element()) else { return };
         let (floor, top) = (self.case.domain.lower[along], self.case.domain.upper[along]);
+        let bounds = |liquid: &LiquidRegion| match liquid.placement {
+            Placement::Absolute(position) => liquid.region.moved(position).geometry().bounds(),
+            Placement::AboveBed { .. } => liquid.region.geometry().bounds(),
+        };
+        // Layers on one another are one liquid.
+        let meets = |n: usize, (low, high): (Vector, Vector)| {
+            self.case.liquids.iter().enumerate().any(|(other, liquid)| {
+                let reach = ROUNDED * particles.spacing;
+                let (lower, upper) = bounds(liquid);
+                other != n
+                    && liquid.fluid == FluidName::Liquid
+                    && matches!(liquid.placement, Placement::Absolute(_))
+                    && (0..3).all(|d| lower[d] <= high[d] + reach && low[d] <= upper[d] + reach)
+            })
+        };
         for (n, liquid) in self.case.liquids.iter().enumerate().filter(|(_, of)| of.fluid == FluidName::Liquid) {
-            let (low, high) = match liquid.placement {
-                Placement::Absolute(position) => liquid.region.moved(position).geometry().bounds(),
-                Placement::AboveBed { .. } => liquid.region.geometry().bounds(),
-            };
-            let thickness = match liquid.placement {
-                Placement::Absolute(_) => high[along].min(top) - low[along].max(floor),
-                Placement::AboveBed { .. } => high[along] - low[along],
-            };
+            let (low, high) = bounds(liquid);
+            let is_absolute = matches!(liquid.placement, Placement::Absolute(_));
+            let thickness =
+                if is_absolute { high[along].min(top) - low[along].max(floor) } else { high[along] - low[along] };
+            if is_absolute && meets(n, (low, high)) {
+                continue;
+            }
             // What is as narrow has few particles, which is told.
             let is_wide = (0..3).filter(|&d| d != along).all(|d| high[d] - low[d] > particles.spacing);
             if thickness <= 0.0 || thickness > particles.spacing * (1.0 - ROUNDED) || !is_wide {

@@ -1,70 +1,74 @@
-//! Liquids that the preparation of a tank would move from where the case puts them.
+//! Liquids that the preparation of a tank would move from where the case puts them, and velocities that it takes away.
 
-use sazanami_numerics::Real;
-use sazanami_numerics::geometry::Region;
+use sazanami_numerics::{Real, Vector};
 
 use super::Search;
 use super::placed::Placed;
 use crate::assembly::fluid::origin_of;
-use crate::case::meaning::{FluidName, GrainPlacement, LiquidRegion, Placement, Population, Solver};
-use crate::check::bed_top;
+use crate::assembly::wetted::hangs;
+use crate::case::meaning::{FluidName, GrainPlacement, Placement, Population, Solver};
+use crate::check::{ShapeFacts, bed_top};
+
+/// What lets a run begin with its liquids as they are put.
+const AS_PUT: &str = "write `preparation = { relax_steps = 0, settle = \"0 s\" }`";
 
 impl Search<'_> {
-    /// Refuses liquids that would fall while water and bed come to rest before the run.
-    pub(super) fn prepared(&mut self, lying: &[Placed]) {
+    /// Refuses liquids above the bed, and moving ones, that would fall while water and bed come to rest before the run. Warns of others in
+    /// the air, which may be meant to come down, and of velocities that are lost.
+    pub(super) fn prepared(&mut self, lying: &[Placed], facts: &[ShapeFacts]) {
         let case = self.case;
-        let preparation = &case.preparation;
-        let is_prepared = preparation.is_needed() && preparation.state.is_none() && !case.run.packing_only;
-        if case.solver != Solver::Mps || !is_prepared {
+        if case.solver != Solver::Mps {
             return;
         }
+        let preparation = &case.preparation;
+        let is_prepared = preparation.is_needed() && preparation.state.is_none() && !case.run.packing_only;
+        let above = |placement: &Placement| matches!(placement, Placement::AboveBed { .. });
+        let bed = if case.packs() {
+            bed_top(case, facts)
+        } else if is_prepared && case.liquids.iter().any(|liquid| above(&liquid.placement)) {
+            self.bed_height(lying)
+        } else {
+            case.domain.lower.z
+        };
         for (n, liquid) in case.liquids.iter().enumerate().filter(|(_, liquid)| liquid.fluid == FluidName::Liquid) {
-            if !self.is_in_the_air(n, lying) {
-                continue;
+            let is_put = liquid.velocity != Vector::ZERO || above(&liquid.placement);
+            let falls = is_prepared && self.is_in_the_air(n, bed, lying);
+            if falls {
+                let span = self.loaded.places.at(&format!("liquid.{n}"));
+                let title = format!("`{}` would fall before the run begins", liquid.name);
+                let label = "it lies in the air, and the preparation lets water come to rest under gravity";
+                if is_put {
+                    let help = format!("{AS_PUT}: the run then begins with the liquid as it is put");
+                    self.report.error(span, title).label(label).help(help);
+                } else {
+                    let help = format!("leave it so if it is to come down and rest first; else {AS_PUT}");
+                    self.report.warning(Some(span), title).label(label).help(help);
+                }
             }
-            self.report
-                .error(
-                    self.loaded.places.at(&format!("liquid.{n}")),
-                    format!("`{}` would fall before the run begins", liquid.name),
-                )
-                .label("it lies in the air, and the preparation lets water come to rest under gravity")
-                .help(
-                    "write `preparation = { relax_steps = 0, settle = \"0 s\" }`: the run then begins with the liquid as it is put",
-                );
+            if preparation.relax_steps > 0 && case.sets_in_motion(liquid) && !(falls && is_put) {
+                let span = self.loaded.places.near(&format!("liquid.{n}.velocity"));
+                self.report
+                    .warning(span, format!("`{}` does not begin with its velocity", liquid.name))
+                    .label("the preparation brings the water to rest first")
+                    .help(format!("{AS_PUT}, or hold a mean velocity with `drive.mean_velocity`"));
+            }
         }
     }
 
-    /// Whether nothing bears a liquid: it lies more than a particle above floor and bed, and as far from grains and liquids that begin lower.
-    fn is_in_the_air(&self, n: usize, lying: &[Placed]) -> bool {
+    /// Whether nothing bears a liquid, of a case whose bed is `bed` \[m] high: neither floor, bed nor liquids that begin lower, nor grains
+    /// whose places are known.
+    fn is_in_the_air(&self, n: usize, bed: Real, lying: &[Placed]) -> bool {
         let case = self.case;
-        let near = case.moving_particles().spacing;
-        if case.resting_gravity().z >= 0.0 || case.periodic()[2] {
+        if !hangs(case, n, bed, self.top_of_packed()) {
             return false;
         }
-        let place = |liquid: &LiquidRegion| -> Region {
-            case.region_of(liquid, origin_of(liquid, case.bed.axis, bed_top(case))).geometry()
-        };
-        let region = place(&case.liquids[n]);
-        let (low, high) = region.bounds();
-        let above_bed = match &case.liquids[n].placement {
-            Placement::AboveBed { height, to_bottom: true, .. } => *height,
-            Placement::AboveBed { height, .. } => height + case.liquids[n].region.heights()[0],
-            Placement::Absolute(_) if case.has_bed() => low.z - self.top_of_packed(),
-            Placement::Absolute(_) => Real::INFINITY,
-        };
-        let meets = |other: &LiquidRegion| {
-            let (from, to) = place(other).bounds();
-            from.z < low.z && (low - near).cmple(to).all() && from.cmple(high + near).all()
-        };
-        let others = case.liquids.iter().enumerate().filter(|(m, other)| *m != n && other.fluid == FluidName::Liquid);
+        let liquid = &case.liquids[n];
+        let region = case.region_of(liquid, origin_of(liquid, case.bed.axis, bed)).geometry();
         let touches = |grain: &Placed| {
             let reach = grain.factor * self.shapes[grain.population].bounding_radius();
-            region.touches_ball(grain.position, reach + near)
+            region.touches_ball(grain.position, reach + case.moving_particles().spacing)
         };
-        low.z > case.domain.lower.z + near
-            && above_bed > near
-            && !others.map(|(_, other)| other).any(meets)
-            && !lying.iter().any(touches)
+        !lying.iter().any(touches)
     }
 
     /// Height up to which packed beds may reach \[m]; the floor where there are none.

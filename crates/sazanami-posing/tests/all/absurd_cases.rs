@@ -596,8 +596,9 @@ fn records_that_end_on_the_way_and_gauges_across_gravity_are_warned_of() {
             let (_, texts) = findings(RAINDROP, &[&[gravity][..], keys].concat());
             texts.iter().any(|text| text.contains(&warning))
         };
-        assert!(across("gravity=[\"9.8 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"]", &[&asked]), "{table}");
-        // Negative controls: hardly tilted, and none at all.
+        assert!(across("frame.acceleration=[\"20 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"]", &[&asked]), "{table}");
+        // Negative controls: grains that are packed across gravity, which is refused; hardly tilted, and none at all.
+        assert!(!across("gravity=[\"9.8 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"]", &[&asked]), "{table}");
         assert!(!across("gravity=[\"1 m/s^2\", \"0 m/s^2\", \"-9.7 m/s^2\"]", &[&asked]), "{table}");
         assert!(!across("gravity=\"0 m/s^2\"", &[&asked]), "{table}");
     }

@@ -67,7 +67,9 @@ impl Reader<'_> {
             Some(value) => self.design(value)?,
             None => Design::Product,
         };
-        self.repeated(&keys, design);
+        if design != Design::Zip {
+            self.repeated(&keys, design);
+        }
         let targets = self.targets(root.get("targets"));
         let most_runs = root.get("most_runs").and_then(|value| self.count(value, "most_runs", 3)).unwrap_or(MOST_TRIED);
         if targets.is_empty() {
@@ -105,6 +107,10 @@ impl Reader<'_> {
                 .error_at(place, format!("{runs} runs are more than the {MOST_RUNS} that a sweep can have"))
                 .help("vary fewer keys, or take a Latin hypercube: `points = { latin_hypercube = { count = 100 } }`");
             return None;
+        }
+        // Zipped points are made for this: of a sound plan, and no more than can be.
+        if design == Design::Zip {
+            self.repeated(&plan.keys, design);
         }
         Some(plan)
     }

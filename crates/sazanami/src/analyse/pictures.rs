@@ -3,23 +3,28 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use sazanami_dem::Motion;
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::{Quaternion, Real, Vector};
 use sazanami_observe::erosion::{CraterCourse, Erosion, InitialBed, Known};
 use sazanami_observe::{BedColumns, Body};
+use sazanami_posing::assembly::grains::population_of;
 use serde_json::Value;
 
 use super::output::{Output, undone};
 use super::table::Table;
 use crate::artist::{Figure, Scene};
 use crate::case;
-use crate::case::meaning::Case;
+use crate::case::meaning::{Case, GrainPlacement, Population};
 use crate::error::CommandError;
 use crate::feasible;
 use crate::recorder::{Drawn, LOOSEST, NEVER, bed_surface, drops, erosion_settings, scene};
 use crate::results::{CASE, FIGURES, SERIES};
 use crate::saved::{SavedTime, state, times};
 use crate::state::{Array, State, Values, WaterState};
+
+/// Relative difference of times that are the same: tables and files write them with different digits.
+const SAME_TIME: Real = 1e-9;
 
 /// Case, shapes and bed height, common to all pictures of a run.
 struct Run<'a> {
@@ -31,8 +36,21 @@ struct Run<'a> {
     series: Option<Table>,
 }
 
-/// The grains of a state in the frame of the tank, which is displaced by `tank` \[m]; `None` if an array was not written.
-fn grains_of(state: &State, tank: Vector) -> Option<BedColumns> {
+/// Whether a grain of a population, whose number within it may be known, is held or has a given motion at a time \[s]. Of those that a bed
+/// file holds one by one that is not known.
+fn is_held(population: &Population, number: Option<u64>, time: Real) -> bool {
+    let own = match (&population.placement, number) {
+        (GrainPlacement::List(list), Some(number)) => list.get(number as usize).map(|grain| grain.motion),
+        _ => None,
+    };
+    // Files are written before the grains are let go.
+    let waits = population.release.is_some_and(|release| time <= release * (1.0 + SAME_TIME));
+    own.unwrap_or(population.motion) != Motion::Free || waits
+}
+
+/// The grains of a state of a case in the frame of the tank; `None` if an array was not written, but for the identifiers.
+fn grains_of(case: &Case, state: &State) -> Option<BedColumns> {
+    let tank = case.to_written_frame(state.time)[0];
     let array = |name: &str| state.grains.iter().find(|array| array.name == name);
     let reals = |name: &str| array(name).map(reals);
     let vectors = |name: &str| reals(name).map(|values| values.chunks_exact(3).map(Vector::from_slice).collect());
@@ -40,11 +58,16 @@ fn grains_of(state: &State, tank: Vector) -> Option<BedColumns> {
     let orientation = reals("orientation")?;
     let orientation = orientation.chunks_exact(4).map(|q| Quaternion::from_xyzw(q[1], q[2], q[3], q[0]).normalize());
     let position: Vec<Vector> = vectors("position")?;
+    let body: Vec<u32> = reals("population")?.into_iter().map(|number| number as u32).collect();
+    let id: Option<Vec<u64>> = reals("id").map(|ids| ids.into_iter().map(|id| id as u64).collect());
+    let held = |(n, &body): (usize, &u32)| {
+        let number = id.as_ref().and_then(|id| id.get(n)).map(|&id| population_of(id).1);
+        case.grains.get(body as usize).is_some_and(|population| is_held(population, number, state.time))
+    };
     Some(BedColumns {
-        id: reals("id")?.into_iter().map(|number| number as u64).collect(),
-        // Pictures do not ask which grains are in the air.
-        held: vec![false; position.len()],
-        body: reals("population")?.into_iter().map(|number| number as u32).collect(),
+        held: body.iter().enumerate().map(held).collect(),
+        id: id.unwrap_or_else(|| (0..position.len() as u64).collect()),
+        body,
         scale: reals("scale")?,
         mass: reals("mass")?,
         position: position.into_iter().map(|place| place - tank).collect(),
@@ -112,9 +135,7 @@ fn step_of(saved: &SavedTime) -> Option<&str> {
 fn scene_of(run: &Run, saved: &SavedTime, initial: &mut Option<InitialBed>) -> Result<Option<Scene>, CommandError> {
     let Run { case, shapes, height, series } = run;
     let state = state(saved)?;
-    let (Some(grains), Some(WaterState::Grid { grid, arrays })) =
-        (grains_of(&state, case.to_written_frame(state.time)[0]), &state.water)
-    else {
+    let (Some(grains), Some(WaterState::Grid { grid, arrays })) = (grains_of(case, &state), &state.water) else {
         return Ok(None);
     };
     if grains.body.iter().any(|&population| population as usize >= shapes.len()) {
@@ -143,8 +164,8 @@ fn course_until(series: &Table, end: Real) -> CraterCourse {
     let mut course = CraterCourse::default();
     let [time, cap, below_rim] =
         ["time", "erosion_volume", "erosion_volume_below_rim"].map(|name| series.column(name).into_iter());
-    // Times of tables and of files are written with different digits.
-    let rows = time.zip(cap.zip(below_rim)).filter(|(time, (cap, _))| *time <= end * (1.0 + 1e-9) && cap.is_finite());
+    let rows =
+        time.zip(cap.zip(below_rim)).filter(|(time, (cap, _))| *time <= end * (1.0 + SAME_TIME) && cap.is_finite());
     rows.for_each(|(time, (cap, below_rim))| course.add(time, [cap, below_rim]));
     course
 }

@@ -26,6 +26,8 @@ pub(crate) struct Beds {
     snapshot: Snapshot,
     now: GatheredBed,
     before: Option<GatheredBed>,
+    /// Whether grains have left the box.
+    left: bool,
 }
 
 /// Results found again.
@@ -70,7 +72,8 @@ impl Beds {
         // Grains may have left or been fed in since then, of shapes that the case has.
         let known = |before: &GatheredBed| before.grains.body.iter().all(|&shape| (shape as usize) < shapes.len());
         let before = GatheredBed::restore(BEFORE, &snapshot).ok().filter(known);
-        Ok(Self { snapshot, now, before })
+        let left = engine.departures().grains > 0;
+        Ok(Self { snapshot, now, before, left })
     }
 
     /// Whether the bed before the impact is known: checkpoints of earlier versions do not have it.
@@ -81,7 +84,7 @@ impl Beds {
     /// Evaluates the grains as `case` says; `own` is the case as the run had it.
     pub fn evaluate(&self, case: &Case, own: &Case, shapes: &[Shape]) -> Reevaluated {
         let mut found = Reevaluated::default();
-        if self.now.grains.id.is_empty() {
+        if self.now.grains.id.is_empty() && !self.left {
             return found;
         }
         let bodies: Vec<Body> = shapes.iter().map(Body::of).collect();
@@ -122,10 +125,13 @@ impl Beds {
     /// Splash for the threshold and the axis of the run, whose whole course tells which grains were splashed.
     fn evaluate_splash(&self, case: &Case, own: &Case, now: &BedView, found: &mut Reevaluated) {
         let watched = |erosion: &Evaluation| (erosion.axis, erosion.grain_size);
-        let Some(asked) = case.erosion.as_ref().map(watched) else { return };
+        let (Some(asked), Some(settings)) = (case.erosion.as_ref().map(watched), erosion_settings(case)) else {
+            return;
+        };
         match SplashTracker::restore(&self.snapshot) {
             Ok(mut tracker) if own.erosion.as_ref().map(watched) == Some(asked) => {
-                found.findings.splash = Some(tracker.observe(now));
+                let seen = |bed: &BedView| tracker.observe(bed);
+                found.findings.splash = Some(settings.ground().seen_from(settings.axis, now, seen));
             }
             _ => found.no_splash = Some("it was not followed with this axis and this grain size during the run"),
         }

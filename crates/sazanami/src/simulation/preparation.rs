@@ -8,10 +8,10 @@ use sazanami_mps::solver::{Forcing, Solver, StepReport};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
-use sazanami_posing::assembly::{grains, particles};
+use sazanami_posing::assembly::{grains, particles, wetted};
 
 use super::{signals, start};
-use crate::case::meaning::{Case, Preparation, RELAX_STEPS};
+use crate::case::meaning::{Case, FluidName, Preparation, RELAX_STEPS};
 use crate::clock::END;
 use crate::job::{Job, RankError, StateError};
 use crate::progress::StepLine;
@@ -161,7 +161,11 @@ fn poured(
             1e2 * off.abs() / asked
         ));
     }
-    if !fluid.is_empty() && !case.grains.is_empty() && case.preparation.relax_steps == 0 {
+    let as_put = case.liquids.iter().enumerate().any(|(n, liquid)| {
+        liquid.fluid == FluidName::Liquid
+            && (case.sets_in_motion(liquid) || wetted::hangs(case, n, bed_height, bed_height))
+    });
+    if !fluid.is_empty() && !case.grains.is_empty() && case.preparation.relax_steps == 0 && !as_put {
         recorder.say(&format!(
             "the water starts as it was poured between the grains: with `preparation.relax_steps = {RELAX_STEPS}` it comes to \
              rest first, the grains held"

@@ -12,7 +12,7 @@ use sazanami_posing::assembly::{fluid, grains, particles};
 use sazanami_posing::steps::fixed_step;
 
 use super::relaxation::{Relaxation, relax};
-use crate::case::meaning::{self, Case, FluidName, GrainPlacement, Placement, Population};
+use crate::case::meaning::{self, Case, FluidName, GrainPlacement, Placement};
 use crate::clock::Clock;
 use crate::job::{Job, PACKING, RankError};
 use crate::naming::partner;
@@ -76,7 +76,7 @@ pub(super) fn solver(
             None => return Ok(None),
         },
         Some(packing) if case.levels() => {
-            let vessel = grains::levelling_setup(case, &job.shapes).unwrap_or_else(|| setup.clone());
+            let vessel = grains::resting_setup(case, &job.shapes).unwrap_or_else(|| setup.clone());
             let engine = levelled(case, &domain, vessel, packing)?;
             match relax(job, &domain, Relaxation::new(engine), recorder)? {
                 Some(engine) => unwalled(job, &domain, setup, engine)?,
@@ -113,12 +113,22 @@ pub(super) fn levelled(case: &Case, domain: &Domain, setup: Setup, packing: Pack
     Ok(Engine::new(domain, setup, &left)?)
 }
 
-/// The grains of a levelled bed between the walls of the run, where they came to rest between others: from contacts without memory.
+/// The grains of a bed between the walls of the run, where they came to rest between others: from contacts without memory. Grains beside
+/// the bed keep their velocity.
 fn unwalled(job: &Job, domain: &Domain, setup: Setup, engine: Engine) -> Result<Engine, RankError> {
-    Ok(match grains::levelling_setup(job.case, &job.shapes) {
-        Some(_) => Engine::new(domain, setup, &engine.at_rest())?,
-        None => engine,
-    })
+    if grains::resting_setup(job.case, &job.shapes).is_none() {
+        return Ok(engine);
+    }
+    let of_bed = |grain: &Grain| {
+        let placement = &job.case.grains[grain.shape as usize].placement;
+        matches!(placement, GrainPlacement::Packed(_) | GrainPlacement::Bed(_))
+    };
+    let mut all = engine.at_rest();
+    for (g, grain) in all.iter_mut().enumerate().filter(|(_, grain)| !of_bed(grain)) {
+        grain.velocity = engine.grains().velocity[g];
+        grain.angular_velocity = engine.grains().angular_velocity(g);
+    }
+    Ok(Engine::new(domain, setup, &all)?)
 }
 
 /// The grains that have a place from the start, come to rest if the case asks for it; `None` if stopped before.
@@ -128,23 +138,15 @@ pub(super) fn laid<B: Observer>(
     setup: Setup,
     recorder: &mut Recorder<B>,
 ) -> Result<Option<Engine>, RankError> {
-    let relaxes = |kind: &Population| matches!(&kind.placement, GrainPlacement::Bed(bed) if bed.relax);
+    let vessel = || grains::resting_setup(job.case, &job.shapes).unwrap_or_else(|| setup.clone());
+    let placed = || grains::placed(job.case, &job.beds);
     let relaxation = match job.resumed.as_ref().filter(|state| state.run.relaxing) {
-        Some(state) => {
-            let vessel = grains::levelling_setup(job.case, &job.shapes).unwrap_or_else(|| setup.clone());
-            let relaxation = Relaxation::restore(domain, vessel, &state.snapshot)?;
-            let relaxed = relax(job, domain, relaxation, recorder)?;
-            return relaxed.map(|engine| unwalled(job, domain, setup, engine)).transpose();
-        }
-        None => {
-            let engine = Engine::new(domain, setup, &grains::placed(job.case, &job.beds))?;
-            if !job.case.grains.iter().any(relaxes) {
-                return Ok(Some(engine));
-            }
-            Relaxation::new(engine)
-        }
+        Some(state) => Relaxation::restore(domain, vessel(), &state.snapshot)?,
+        None if job.case.relaxes() => Relaxation::new(Engine::new(domain, vessel(), &placed())?),
+        None => return Ok(Some(Engine::new(domain, setup, &placed())?)),
     };
-    relax(job, domain, relaxation, recorder)
+    let relaxed = relax(job, domain, relaxation, recorder)?;
+    relaxed.map(|engine| unwalled(job, domain, setup, engine)).transpose()
 }
 
 /// Refuses a packed bed that is higher than the box: its own walls had no lid.

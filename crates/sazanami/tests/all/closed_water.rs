@@ -8,8 +8,8 @@ const VORTICES: &str = include_str!("../cases/closed-vortices.toml");
 /// A sphere in a liquid that it moves at 20 um/s.
 const CREEPING: &str = include_str!("../cases/closed-creeping.toml");
 /// A held grain in a corner between them, where the liquid is at rest.
-const GRAIN: &str = "grains.0={ shape = { sphere = { diameter = \"1 mm\" } }, motion = \"fixed\", \
-                     placement = { list = [{ position = [\"8 mm\", \"3.5 mm\", \"8 mm\"] }] } }";
+const GRAIN: &str = "[material.glass]\ndensity = \"2500 kg/m^3\"\n[contact.default]\n[[grains]]\nmotion = \"fixed\"\n\
+                     shape.sphere.diameter = \"1 mm\"\nplacement.list = [{ position = [\"8 mm\", \"4 mm\", \"8 mm\"] }]\n";
 /// Speed of the vortices \[m/s] and their wave number [1/m].
 const SPEED: Real = 0.01;
 const WAVE_NUMBER: Real = std::f64::consts::PI / 8e-3;
@@ -18,8 +18,8 @@ const WAVE_NUMBER: Real = std::f64::consts::PI / 8e-3;
 fn vortices_lose_what_viscosity_takes() {
     let scratch = Scratch::new("closed-vortices");
     // The part of their energy that is left, and the largest pressure at eight points, over that of the flow.
-    let left = |name: &str, overrides: &[&str]| {
-        let left = ran(VORTICES, overrides, &scratch.join(name), On::threads(2));
+    let left = |name: &str, text: &str, overrides: &[&str]| {
+        let left = ran(text, overrides, &scratch.join(name), On::threads(2));
         let energy = left.column("kinetic_energy_fluid");
         let probe = left.probe("middle");
         let pressures: Vec<Real> = (0..8).flat_map(|n| probe.column(&format!("pressure_at_{n}"))).collect();
@@ -33,14 +33,19 @@ fn vortices_lose_what_viscosity_takes() {
     let slip = ["boundary.x3=slip"];
     let closed = ["boundary.all=slip"];
     // About one held grain a quarter was gone within 60 ms where viscosity takes a twenty-fifth.
-    let grain = ["material.glass.density=2500 kg/m^3", "contact.default={}", GRAIN];
-    for (name, overrides) in [("periodic", &[][..]), ("slip", &slip), ("closed", &closed), ("grain", &grain)] {
-        let (energy, pressure) = left(name, overrides);
+    let grain = &format!("{VORTICES}{GRAIN}")[..];
+    for (name, text, overrides) in [
+        ("periodic", VORTICES, &[][..]),
+        ("slip", VORTICES, &slip),
+        ("closed", VORTICES, &closed),
+        ("grain", grain, &[]),
+    ] {
+        let (energy, pressure) = left(name, text, overrides);
         assert!((energy / of(1e-6) - 1.0).abs() < 0.005, "{name}: {energy} for {}", of(1e-6));
         assert!(pressure < 5.0, "{name}: {pressure}");
     }
     // Control: twenty times the viscosity takes twenty times as much.
-    let (thick, _) = left("thick", &["fluid.liquid.kinematic_viscosity=2e-5 m^2/s"]);
+    let (thick, _) = left("thick", VORTICES, &["fluid.liquid.kinematic_viscosity=2e-5 m^2/s"]);
     assert!((thick / of(2e-5) - 1.0).abs() < 0.03 && thick < 0.8, "{thick} for {}", of(2e-5));
 }
 

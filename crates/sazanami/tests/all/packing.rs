@@ -195,6 +195,16 @@ fn a_levelled_bed_comes_to_rest_behind_an_open_side_and_flows_out_in_the_run() {
     go_on(&folder, on).0.unwrap_or_else(|error| panic!("{error}"));
     let again = Left::in_folder(&folder);
     assert_eq!((again.hash(), departed(&again)), (open.hash(), gone));
+    // So does a bed from a file.
+    let file = scratch.join("open").join("packed.bed");
+    let read = format!(
+        "grains.0={{ name = \"beads\", shape = {{ sphere = {{ diameter = \"2 mm\" }} }}, placement = {{ bed = {{ file = \"{}\", relax = true }} }} }}",
+        file.display()
+    );
+    let relaxed = ran(OPEN, &[&read], &scratch.join("relaxed"), On::threads(1));
+    let gone = departed(&relaxed);
+    assert!((2.0..=4.0).contains(&height(&relaxed)), "{}", height(&relaxed));
+    assert!(gone[0] == 0.0 && gone[gone.len() - 1] > 1.0, "{gone:?}");
     // Negative control: none leaves a closed box, whose bed comes to rest as high.
     let closed = ran(OPEN, &["boundary.x1_upper=no_slip"], &scratch.join("closed"), On::threads(1));
     assert_eq!((height(&closed), departed(&closed).last()), (height(&open), Some(&0.0)));

@@ -90,5 +90,8 @@ fn films_thinner_than_a_particle_are_warned_of() {
     );
     // Negative controls: a layer of one particle, and a film on a wall that gravity does not press it on.
     assert!(!is_thin(&film("2 mm")));
+    let layers = film("0.8 mm")
+        + "[[liquid]]\nregion.box = { lower = [\"0 mm\", \"0 mm\", \"0.8 mm\"], upper = [\"20 mm\", \"20 mm\", \"4 mm\"] }\n";
+    assert!(!is_thin(&layers));
     assert!(!is_thin(&film("0.8 mm").replace("\"9.81 m/s^2\"", "[\"9.81 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"]")));
 }

@@ -3,43 +3,73 @@
 use sazanami::machine::Machine;
 use sazanami_io::vtk::VtkFile;
 
-use crate::support::{On, Scratch, before_run, load, ran};
+use crate::support::{Left, On, Scratch, bed_of_balls, before_run, heard, load};
 
 /// A drop above a bed.
 const DROP: &str = include_str!("../cases/prepared-drop.toml");
 const AS_PUT: &str = "preparation={ relax_steps = 0, settle = \"0 s\", cache = false }";
 
-/// What is found wrong with the case before it runs.
-fn faults(overrides: &[&str]) -> Vec<String> {
-    let (runs, found) = before_run(&load(DROP, overrides), &Machine::this());
-    if runs { Vec::new() } else { found }
+/// Whether the case can run, and what is found wrong with it or warned of before.
+fn found(overrides: &[&str]) -> (bool, Vec<String>) {
+    before_run(&load(DROP, overrides), &Machine::this())
+}
+
+/// Whether the drop is said to fall before the run.
+fn falls(found: &[String]) -> bool {
+    found.iter().any(|finding| finding.contains("`drop` would fall before the run begins"))
 }
 
 #[test]
 fn liquids_that_would_fall_before_the_run_are_refused_with_the_way_out() {
-    let falls = |overrides: &[&str]| {
-        let found = faults(overrides);
-        found.iter().any(|fault| fault.contains("`drop` would fall before the run begins"))
+    let scratch = Scratch::new("prepared-drop");
+    let balls = bed_of_balls(&scratch.join("balls.bed"), [9, 9, 14], 4);
+    let placed = |more: &str| {
+        format!(
+            "liquid.0={{ name = \"drop\", region = {{ sphere = {{ diameter = \"4 mm\", centre = [\"4 mm\", \"4 mm\", \"10 mm\"] }} }}{more} }}"
+        )
     };
-    assert!(falls(&[]));
-    assert!(falls(&[
-        "liquid.0={ name = \"drop\", region = { sphere = { diameter = \"4 mm\", centre = [\"4 mm\", \"4 mm\", \"10 mm\"] } } }"
-    ]));
     let moving = "liquid.0.velocity=[\"0 m/s\", \"0 m/s\", \"-1 m/s\"]";
-    assert!(falls(&[moving]));
+    let placed_moving = placed(", fall = { speed = \"1 m/s\" }");
+    let in_the_air: [&[&str]; 4] = [&[], &[&balls], &[moving], &[&placed_moving]];
+    for put in in_the_air {
+        let (runs, found) = found(put);
+        assert!(!runs && falls(&found), "{put:?}: {found:?}");
+        // That its velocity is lost is no second message.
+        assert!(
+            !found.iter().any(|finding| finding.contains("does not begin with its velocity")),
+            "{put:?}: {found:?}"
+        );
+    }
+    // Where a point is given it may be meant to come down and rest first.
+    let (runs, warned) = found(&[&placed("")]);
+    assert!(runs && falls(&warned), "{warned:?}");
     // Negative controls: what lies on the bed, on other water, or where nothing is prepared or falls.
+    let pool = "liquid.1.region.box.upper=[\"9 mm\", \"9 mm\", \"6 mm\"]";
+    let on_bed = "liquid.0.gap_above_bed=0 mm";
     for borne in [
-        "liquid.0.gap_above_bed=0 mm",
-        "liquid.1.region.box.upper=[\"9 mm\", \"9 mm\", \"6 mm\"]",
-        AS_PUT,
-        "run.packing_only=true",
+        &[on_bed][..],
+        &[pool],
+        &[AS_PUT],
+        &["run.packing_only=true"],
+        &[&balls, on_bed],
+        &[&balls, pool],
+        &[&balls, AS_PUT],
     ] {
-        assert!(faults(&[borne]).is_empty(), "{borne}: {:?}", faults(&[borne]));
+        let (runs, found) = found(borne);
+        assert!(runs && !falls(&found), "{borne:?}: {found:?}");
     }
     // The way out begins with the drop above the bed.
-    let (scratch, fields) = (Scratch::new("prepared-drop"), "output.fields.at=[\"0 s\"]");
-    let folder = scratch.join("run");
-    let left = ran(DROP, &[AS_PUT, moving, fields], &folder, On::threads(2).steps(1));
+    let said = |name: &str, overrides: &[&str]| {
+        let options = On::threads(2).steps(1).options(Some(&scratch.join(name)));
+        heard(&load(DROP, overrides), &options).messages
+    };
+    let advises = |said: &[String]| said.iter().any(|message| message.contains("preparation.relax_steps = "));
+    let (folder, fields) = (scratch.join("run"), "output.fields.at=[\"0 s\"]");
+    assert!(!advises(&said("run", &[AS_PUT, moving, fields])));
+    // Of the preparation it is told where it would leave the water in its place.
+    assert!(!advises(&said("above", &[AS_PUT, &balls])));
+    assert!(advises(&said("on", &[AS_PUT, &balls, on_bed])));
+    let left = Left::in_folder(&folder);
     let momentum = left.column("momentum_3")[0];
     assert!((momentum / -33.5e-6 - 1.0).abs() < 0.1, "{momentum}");
     let bed = 1e-3 * left.summary["observables"]["bed"]["height_mm"].as_f64().expect("there is a bed");

@@ -225,7 +225,8 @@ impl Observer for GridObserver {
             let level = solver.domain().max(self.initial.as_ref().map_or(Real::NEG_INFINITY, InitialBed::level));
             level.is_finite().then(|| Soaked::below(level, solver))
         });
-        if !grains.leads || grains.count() == 0 {
+        // A bed whose last grain has left is looked at too: it has no crater, and none of its grains is above it.
+        if !grains.leads || grains.count() == 0 && self.departures.grains == 0 {
             return;
         }
         self.evaluate_erosion(grains);

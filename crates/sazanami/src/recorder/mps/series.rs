@@ -88,7 +88,7 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<ParticleObserver>] = quantiti
     "contacts", "", "touching pairs of grains" => |row| of_step(row, |step| step.contacts.contacts);
     "largest_overlap", "", "largest overlap over the radius; below 5 %"
         => |row| of_step(row, |step| step.contacts.largest_overlap);
-    "contact_force_over_submerged_weight", "", "force of walls and held grains on the free grains along x3 over their weight less that of the water they displace, under gravity less the constant acceleration of the box (`frame.acceleration`): 1 at rest, about 1 on the mean over a period; a bed that stays far below is carried by the water (fluidised)"
+    "contact_force_over_submerged_weight", "", "force of walls and held grains on the free grains along x3 over their weight less that of the water they displace, under what does not change, gravity less `frame.acceleration` and a `drive.acceleration` by mass: 1 at rest, about 1 on the mean over a period; a bed that stays far below is carried by the water (fluidised)"
         => carried_share;
     "bulk_volume_relative_change", "", "change of the bulk volume of the water, with the room of the grains in it, since the start; 1e-3"
         => |row| row.observer.volume_change().into();

@@ -13,9 +13,10 @@ use sazanami::machine::Machine;
 use sazanami::progress::{Progress, StepLine};
 use sazanami::run::{self, RunOptions, RunSummary, Status};
 use sazanami::stop::{Stop, StopCause};
+use sazanami_io::bed::{Bed, BedGrain, Recipe};
 use sazanami_io::checkpoint::{CheckpointFolder, CheckpointReader};
-use sazanami_numerics::Real;
 use sazanami_numerics::snapshot::Snapshot;
+use sazanami_numerics::{Quaternion, Real, Vector};
 use serde_json::Value;
 
 /// A folder that goes when it is no longer needed.
@@ -120,6 +121,27 @@ pub fn before_run(loaded: &LoadedCase, machine: &Machine) -> (bool, Vec<String>)
 /// What `check` foretells of a case.
 pub fn foretold(case: &Case) -> CheckReport {
     check::check(case, Known::default(), &Machine::this(), 1, &CostModel::default())
+}
+
+/// The only population of a case, balls of 1 mm from a bed file, as an override; the file is written with as many layers of them side by side
+/// in a box of this `size` \[mm].
+pub fn bed_of_balls(path: &Path, size: [u32; 3], layers: u32) -> String {
+    let [n1, n2, _] = size;
+    let place =
+        |n: u32| 1e-3 * (0.5 + Vector::new(f64::from(n % n1), f64::from(n / n1 % n2), f64::from(n / (n1 * n2))));
+    let lying =
+        |n: u32| BedGrain { shape: 0, scale: 1.0, position: place(n), orientation: Quaternion::IDENTITY, held: false };
+    let bed = Bed {
+        lower: Vector::ZERO,
+        upper: 1e-3 * Vector::from_array(size.map(f64::from)),
+        recipe: Recipe { shapes: vec!["balls".into()], ..Recipe::default() },
+        grains: (0..n1 * n2 * layers).map(lying).collect(),
+    };
+    bed.write(path).unwrap_or_else(|error| panic!("{error}"));
+    let file = path.display();
+    format!(
+        "grains.0={{ shape = {{ sphere = {{ diameter = \"1 mm\" }} }}, placement = {{ bed = {{ file = \"{file}\" }} }} }}"
+    )
 }
 
 /// On how many ranks and threads, and for how many steps.
