@@ -67,7 +67,7 @@ struct ConjugateStep<'a> {
     columns: &'a mut ConjugateColumns,
     /// Void fractions at the start of the step.
     voids: VoidReport,
-    /// Speed of the fastest particle or grain at the start of the step, relative to the walls or a bound of it [m/s].
+    /// Speed of the fastest particle or grain at the start of the step [m/s].
     fastest: Real,
     report: StepReport,
 }

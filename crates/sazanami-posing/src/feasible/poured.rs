@@ -4,6 +4,7 @@ use sazanami_numerics::{Real, Vector};
 
 use super::{ROUNDED, Search};
 use crate::amounts::{self, length};
+use crate::assembly::fluid::origin_of;
 use crate::assembly::particles::OFF;
 use crate::case::meaning::{FluidName, LiquidRegion, Placement, Solver};
 use crate::case::units::rounded;
@@ -47,9 +48,8 @@ impl Search<'_> {
         let pull = self.case.resting_gravity().abs();
         let Some(along) = (0..3).find(|&d| pull[d] > 0.0 && pull[d] == pull.max_element()) else { return };
         let (floor, top) = (self.case.domain.lower[along], self.case.domain.upper[along]);
-        let bounds = |liquid: &LiquidRegion| match liquid.placement {
-            Placement::Absolute(position) => liquid.region.moved(position).geometry().bounds(),
-            Placement::AboveBed { .. } => liquid.region.geometry().bounds(),
+        let bounds = |liquid: &LiquidRegion| {
+            self.case.region_of(liquid, origin_of(liquid, self.case.bed.axis, floor)).geometry().bounds()
         };
         // Layers on one another are one liquid.
         let meets = |n: usize, (low, high): (Vector, Vector)| {

@@ -242,8 +242,7 @@ impl Reader<'_> {
     /// Warns of values of a key that are there already, and where keys are zipped of points.
     fn repeated(&mut self, keys: &[Key], design: Design) {
         let lists: Vec<Vec<Vec<Setting>>> = if design == Design::Zip {
-            let equally_many = keys.windows(2).all(|pair| pair[0].choices.len() == pair[1].choices.len());
-            if equally_many { vec![points::of(keys, design)] } else { Vec::new() }
+            vec![points::of(keys, design)]
         } else {
             let single = |list: &Vec<Setting>| list.iter().map(|value| vec![value.clone()]).collect();
             let values = keys.iter().filter_map(|key| match &key.choices {
