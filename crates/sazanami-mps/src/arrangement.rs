@@ -21,7 +21,7 @@ pub(crate) struct Arrangement {
 
 impl Arrangement {
     /// Migrates and sorts the particles, and renews ghosts and lists for a step in which fluid and grains move at
-    /// up to `fastest` [m/s] at the start and drag relaxes at `drag_rate` [1/s], with lists that reach `widening` times as far
+    /// up to `fastest` [m/s] beside the walls at the start and drag relaxes at `drag_rate` [1/s], with lists that reach `widening` times as far
     /// as the radius of influence, and ghosts at least within the radius `read` \[m] of grains. Resets `voids` to clear fluid.
     pub fn renew(
         &mut self,
@@ -32,7 +32,7 @@ impl Arrangement {
         voids: &mut Voids,
     ) {
         let Context { domain, periods, kernel, settings, forcing, dt, .. } = *step;
-        let speed = fastest.max(forcing.wall_velocity.length());
+        let speed = fastest + forcing.wall_velocity.length();
         // Pairs may approach by this much before the pressure acts.
         let margin = MARGIN * settings.fluid.spacing;
         let radius = widening * kernel.weight.radius + margin;

@@ -8,6 +8,7 @@ use crate::boundary::Tank;
 use crate::context::{Context, Motion};
 use crate::error::StepError;
 use crate::ghosts::Ghosts;
+use crate::grains::OverlappingGrains;
 use crate::neighbours::ROWS;
 use crate::number_density::NumberDensity;
 use crate::particles::{Kind, Particles, Role};
@@ -24,11 +25,23 @@ pub(crate) fn sum_over_fluid<const N: usize>(
     domain.sum(sum_of(particles.owned, |a| if fluid(a) { part(particles, a) } else { [0.0; N] }))
 }
 
-/// Largest speed, over all ranks, of fluid particles with a role in the last step for which `counts` holds [m/s].
-pub(crate) fn largest_speed(domain: &Domain, particles: &Particles, counts: impl Fn(Role) -> bool + Sync) -> Real {
+/// Largest speed relative to a velocity `frame`, over all ranks, of fluid particles with a role in the last step for which `counts` holds [m/s].
+pub(crate) fn largest_speed(
+    domain: &Domain,
+    particles: &Particles,
+    frame: Vector,
+    counts: impl Fn(Role) -> bool + Sync,
+) -> Real {
     let counted = |a: usize| particles.kind[a] == Kind::Fluid && counts(particles.role[a]);
-    let square = largest(particles.owned, |a| if counted(a) { particles.velocity[a].length_squared() } else { 0.0 });
+    let speed = |a: usize| (particles.velocity[a] - frame).length_squared();
+    let square = largest(particles.owned, |a| if counted(a) { speed(a) } else { 0.0 });
     domain.max(square.max(0.0).sqrt())
+}
+
+/// Speed relative to the walls of the fastest fluid particle or grain, over all ranks [m/s].
+pub(crate) fn fastest_beside_walls(step: &Context<'_>, particles: &Particles, grains: &OverlappingGrains) -> Real {
+    let walls = step.forcing.wall_velocity;
+    largest_speed(step.domain, particles, walls, |_| true).max(grains.largest_speed(step.domain, walls))
 }
 
 /// See [`stability::flow_time`] \[s].

@@ -20,7 +20,7 @@ const SLOW: Real = 1e-3;
 const LEAST: Real = 1e-10;
 
 impl Tolerance {
-    /// The largest residual that is wanted where the fastest particle or grain goes `courant` spacings in a step: what is allowed, in
+    /// The largest residual that is wanted where the fastest particle or grain goes `courant` spacings in a step relative to the walls: what is allowed, in
     /// proportion less below 1e-3, and no less than 1e-10 unless less is allowed.
     #[must_use]
     pub fn at(&self, courant: Real) -> Real {

@@ -94,7 +94,9 @@ impl Solver {
         let Fluid { spacing, viscosity, .. } = self.settings.fluid;
         let rates = Rates {
             // Isolated particles interact with nothing.
-            advective: motion::largest_speed(&self.domain, &self.particles, |role| role != Role::Inactive) / spacing,
+            advective: motion::largest_speed(&self.domain, &self.particles, Vector::ZERO, |role| {
+                role != Role::Inactive
+            }) / spacing,
             grain_motion: self.grains.motion_rate(&self.domain),
             drag: self.grains.limiting_drag_rate(),
         };
@@ -154,13 +156,13 @@ impl Solver {
     /// Largest speed of a fluid particle, over all ranks [m/s].
     #[must_use]
     pub fn largest_speed(&self) -> Real {
-        motion::largest_speed(&self.domain, &self.particles, |_| true)
+        motion::largest_speed(&self.domain, &self.particles, Vector::ZERO, |_| true)
     }
 
     /// The same without particles that fly alone.
     #[must_use]
     pub fn largest_speed_together(&self) -> Real {
-        motion::largest_speed(&self.domain, &self.particles, |role| role != Role::Inactive)
+        motion::largest_speed(&self.domain, &self.particles, Vector::ZERO, |role| role != Role::Inactive)
     }
 
     /// Sum of `part` over all fluid particles, over all ranks.

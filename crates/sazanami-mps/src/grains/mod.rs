@@ -409,10 +409,10 @@ impl OverlappingGrains {
         }
     }
 
-    /// Largest speed of a grain [m/s].
-    pub(crate) fn largest_speed(&self, domain: &Domain) -> Real {
+    /// Largest speed of a grain relative to a velocity `frame` [m/s].
+    pub(crate) fn largest_speed(&self, domain: &Domain, frame: Vector) -> Real {
         let grains = self.engine.grains();
-        largest(domain, grains.owned(), |g| grains.velocity[g].length())
+        largest(domain, grains.owned(), |g| (grains.velocity[g] - frame).length())
     }
 
     /// Largest speed of a grain over its diameter [1/s].

@@ -67,7 +67,7 @@ struct ConjugateStep<'a> {
     columns: &'a mut ConjugateColumns,
     /// Void fractions at the start of the step.
     voids: VoidReport,
-    /// Speed of the fastest particle or grain at the start of the step [m/s].
+    /// Speed relative to the walls of the fastest particle or grain at the start of the step [m/s].
     fastest: Real,
     report: StepReport,
 }
@@ -87,7 +87,7 @@ impl<'a> ConjugateStep<'a> {
         let Self { context: step, tank, particles, walls, near, grains, columns, .. } = self;
         walls.begin_step(step, tank, particles);
         grains.begin_step(step, &tank.gates)?;
-        let fastest = motion::largest_speed(step.domain, particles, |_| true).max(grains.largest_speed(step.domain));
+        let fastest = motion::fastest_beside_walls(step, particles, grains);
         self.fastest = fastest;
         let rates = (fastest, grains.drag_rate());
         let reaches = (grains.widest_size(), grains.smoothing());
@@ -194,7 +194,7 @@ impl<'a> ConjugateStep<'a> {
         let before = momentum::momentum(&step, particles, &columns.new.velocity);
         report.set_clipped(motion::finalise(&step, tank, &columns.new, particles)?);
         report.impulses.contact += momentum::momentum(&step, particles, &particles.velocity) - before;
-        report.largest_speed = motion::largest_speed(step.domain, particles, |_| true);
+        report.largest_speed = motion::largest_speed(step.domain, particles, Vector::ZERO, |_| true);
         report.pairs = columns.pairs.len();
         Ok(report)
     }

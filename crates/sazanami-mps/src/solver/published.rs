@@ -113,7 +113,7 @@ impl<'a> PublishedStep<'a> {
         let Self { context: step, tank, particles, walls, near, equation, grains, columns, .. } = self;
         walls.begin_step(step, tank, particles);
         grains.begin_step(step, &tank.gates)?;
-        let fastest = motion::largest_speed(step.domain, particles, |_| true).max(grains.largest_speed(step.domain));
+        let fastest = motion::fastest_beside_walls(step, particles, grains);
         let rates = (fastest, grains.drag_rate());
         near.renew(step, particles, rates, (1.0, grains.smoothing()), &mut columns.voids);
         equation.resize(particles.owned);
@@ -248,7 +248,7 @@ impl<'a> PublishedStep<'a> {
         let Self { context: step, tank, particles, near, columns, mut report, .. } = self;
         report.set_clipped(motion::finalise(&step, tank, &columns.new, particles)?);
         report.impulses.contact += momentum::momentum(&step, particles, &particles.velocity);
-        report.largest_speed = motion::largest_speed(step.domain, particles, |_| true);
+        report.largest_speed = motion::largest_speed(step.domain, particles, Vector::ZERO, |_| true);
         report.pairs = near.neighbours.pairs;
         Ok(report)
     }
