@@ -38,6 +38,9 @@ pub(super) struct Source<'a> {
     pub u: [&'a [Real]; 3],
     /// The transposed gradient that counts.
     pub transposed: Transposed,
+    /// Factor of the viscosity of faces that see both fluids: in the sums over faces, and in the stress of what the transposed gradient is
+    /// left out of, a change of the velocity.
+    pub reserve: Real,
 }
 
 /// Difference of viscosities, relative, that traces of one fluid in the other make.
@@ -157,10 +160,18 @@ impl Stress {
         Self { strides: domain.strides(), per_width: domain.grid().spacing.recip().to_array(), line, contrast }
     }
 
+    /// Multiplies the viscosity `mu` of faces between cells of the fractions `c` where both fluids are.
+    fn hold_in_reserve(reserve: Real, mu: &mut [Real], c: [&[Real]; 2]) {
+        for (i, mu) in mu.iter_mut().enumerate() {
+            let [low, high] = [c[0][i].min(c[1][i]), c[0][i].max(c[1][i])];
+            *mu *= if high > ALIKE && low < 1.0 - ALIKE { reserve } else { 1.0 };
+        }
+    }
+
     /// Stress on the lower faces normal to `d` of the cells at places `cells`: `mu du_i/dx_d`, and
     /// `mu du_d/dx_i` too if the transposed gradient counts.
     fn on_faces(&self, d: usize, cells: Range<usize>, source: Source<'_>, row: &mut FaceRow) {
-        let Source { c, u, transposed } = source;
+        let Source { c, u, transposed, reserve } = source;
         let (at, n) = (cells.start, cells.len());
         let behind = at - self.strides[d] as usize;
         let (c_l, c_r) = (&c[behind..behind + n], &c[at..at + n]);
@@ -175,6 +186,10 @@ impl Stress {
             // The formula above times 2 mu(C) mu(c).
             let across = self.contrast * (high - low) * (1.0 - high) * thin;
             mu[i] = 2.0 * thin * thick / (thin + thick + across);
+        }
+        let is_change = transposed == Transposed::Left;
+        if reserve > 1.0 && is_change {
+            Self::hold_in_reserve(reserve, mu, [c_l, c_r]);
         }
         let across = self.per_width[d];
         let lines = |i: usize, of: usize| [behind, at].map(|at| Line::along(c, u[of], at, self.strides[i] as usize, n));
@@ -228,6 +243,9 @@ impl Stress {
                     }
                 }
             }
+        }
+        if reserve > 1.0 && !is_change {
+            Self::hold_in_reserve(reserve, mu, [c_l, c_r]);
         }
     }
 

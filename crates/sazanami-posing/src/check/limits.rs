@@ -4,10 +4,11 @@ use std::f64::consts::{PI, TAU};
 
 use sazanami_dem::impact::ImpactErrors;
 use sazanami_mics::stability::{
-    BODY_FORCE as FALL, GRAIN_FRICTION, Limit as GridLimit, Rates as GridRates, body_force_rate, travel,
+    BODY_FORCE as FALL, GRAIN_FRICTION, INTERFACE_VISCOSITY, Limit as GridLimit, Rates as GridRates, body_force_rate,
+    travel,
 };
 use sazanami_mics::surface_tension::{capillary_rate, entry_rate};
-use sazanami_mics::viscosity::{explicit_rate, explicit_rate_of_liquid};
+use sazanami_mics::viscosity::{explicit_rate, explicit_rate_of_liquid, explicit_rate_of_thicker};
 use sazanami_mps::grains::{DragIntegration, volume};
 use sazanami_mps::stability::{BODY_FORCE, DRAG, Limit as ParticleLimit, Rates as ParticleRates, VISCOUS};
 use sazanami_numerics::domain::Domain;
@@ -241,11 +242,21 @@ fn largest_on(domain: &BoxDomain, velocity: impl Fn(Vector) -> Vector) -> Vector
 /// Whether liquid moves through gas from the start: the projection of the first velocities then makes the gas go round
 /// it, about as fast and in more than one direction at once.
 fn stirs(case: &Case) -> bool {
-    let fills = |liquid: &LiquidRegion| {
-        liquid.region.volume().is_some_and(|v| v >= 0.99 * case.domain.extent().element_product())
-    };
     let moves = |liquid: &LiquidRegion| liquid.velocity != Vector::ZERO;
-    carrying_flow(case).is_none() && case.liquids.iter().any(|liquid| moves(liquid) && !fills(liquid))
+    carrying_flow(case).is_none() && case.liquids.iter().any(|liquid| moves(liquid) && !fills(case, liquid))
+}
+
+/// Whether a liquid leaves no room to gas.
+fn fills(case: &Case, liquid: &LiquidRegion) -> bool {
+    liquid.region.volume().is_some_and(|v| v >= 0.99 * case.domain.extent().element_product())
+}
+
+/// Whether liquid and gas, each with its viscosity, are in the box as a run begins.
+fn has_interface(case: &Case) -> bool {
+    let liquids = &case.liquids;
+    case.fluid.viscosity != ViscosityScheme::Off
+        && !liquids.is_empty()
+        && !liquids.iter().any(|liquid| fills(case, liquid))
 }
 
 /// A liquid that falls on a bed. Up to the impact the largest speed is 1.7 times its own `U`, that of the gas round it. A time `t` after it, that
@@ -456,6 +467,7 @@ fn of_grid(
             grain_motion: grains.length() / (travel * spacing.min_element()),
             grain_turn: fastest_turn(case),
             grain_friction: if rubs(case) { explicit_rate_of_liquid(&fluid::fluids(case), spacing) } else { 0.0 },
+            interface_viscosity: if has_interface(case) { explicit_rate_of_thicker(&fluids, spacing) } else { 0.0 },
             contact: fixed.map_or(0.0, |(n, contact)| 1.0 / (n as Real * contact)),
         },
     };
@@ -474,6 +486,9 @@ fn of_grid(
         GridLimit::GrainMotion => format!("{} of a cell at {} m/s", super::number(travel, 2), speed(grains)),
         GridLimit::GrainTurn => format!("{} rad at {} rad/s", bounds.grain_turn, super::number(fastest_turn(case), 3)),
         GridLimit::GrainFriction => format!("{GRAIN_FRICTION} / (2 nu sum of 1/dx^2) of the liquid"),
+        GridLimit::InterfaceViscosity => {
+            format!("{INTERFACE_VISCOSITY} / (2 nu sum of 1/dx^2) of the thicker fluid, where liquid and gas meet")
+        }
         GridLimit::Contact => fixed.map_or(String::new(), |(n, contact)| format!("{n} sub-steps of {contact:.2e} s")),
         // No rate sets these.
         GridLimit::Growth | GridLimit::Maximum | GridLimit::Fixed => String::new(),

@@ -40,6 +40,7 @@ mod sides_observed;
 mod states;
 mod support;
 mod surface_tension;
+mod thick_surface;
 mod weights;
 
 #[global_allocator]

@@ -1,0 +1,52 @@
+//! Surfaces of liquids so viscous that the stress is stiff: they come to rest with the steps that a case takes by itself.
+
+use crate::support::{Left, On, Scratch, ran};
+use sazanami_numerics::Real;
+
+/// A wave under gravity on a liquid of 1e-3 m^2/s.
+const WAVE: &str = include_str!("../cases/thick-surface.toml");
+/// A drop of glycerine at rest, with surface tension, in its place.
+const DROP: [&str; 6] = [
+    "gravity=0 m/s^2",
+    "fluid.surface_tension=63 mN/m",
+    "fluid.liquid.density=1260 kg/m^3",
+    "fluid.liquid.kinematic_viscosity=1.11e-3 m^2/s",
+    "run.until=20 ms",
+    "liquid.0.region={ cylinder = { centre = [\"0 mm\", \"0 mm\", \"0 mm\"], diameters = [\"1 mm\", \"1 mm\"] } }",
+];
+
+/// Largest kinetic energy of the fluid in the first and in the last quarter of the rows \[J].
+fn early_and_late(left: &Left) -> [Real; 2] {
+    let energy = left.column("kinetic_energy_fluid");
+    let quarter = energy.len() / 4;
+    let largest = |rows: &[Real]| rows.iter().copied().fold(0.0, Real::max);
+    [largest(&energy[..quarter]), largest(&energy[energy.len() - quarter..])]
+}
+
+#[test]
+fn a_wave_on_a_thick_liquid_levels_as_with_short_steps() {
+    let scratch = Scratch::new("thick-wave");
+    let run = |name: &str, overrides: &[&str]| ran(WAVE, overrides, &scratch.join(name), On::threads(2));
+    let left = run("default", &[]);
+    let [early, late] = early_and_late(&left);
+    assert!(late < early, "{early} {late}");
+    assert!(left.summary["limiter"]["interface_viscosity"].as_u64() > Some(0), "{}", left.summary["limiter"]);
+    // What the levelling surface sets in motion; steps of 45 us are late in it by an eighth, at first order.
+    let motion = |left: &Left| left.column("kinetic_energy_fluid").iter().sum::<Real>();
+    let short = motion(&run("short", &["fluid.dt_max=7 us"]));
+    let middle = motion(&run("middle", &["fluid.dt_max=20 us"]));
+    assert!((motion(&left) / short - 1.0).abs() < 0.15 && (middle / short - 1.0).abs() < 0.07, "{middle} {short}");
+    // Control: beyond the limit waves of a few cells grow.
+    let [early, late] =
+        early_and_late(&run("long", &["fluid.dt=1 ms", "run.until=0.4 s", "output.series={ every = \"10 ms\" }"]));
+    assert!(late > 10.0 * early, "{early} {late}");
+}
+
+#[test]
+fn a_drop_of_glycerine_at_rest_stays_at_rest() {
+    let scratch = Scratch::new("thick-drop");
+    let left = ran(WAVE, &DROP, &scratch.join("run"), On::threads(2));
+    let [early, late] = early_and_late(&left);
+    // It had grown to 1e-12 J within 40 ms.
+    assert!(late < 0.1 * early && early < 1e-16, "{early} {late}");
+}
