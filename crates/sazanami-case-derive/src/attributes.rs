@@ -42,6 +42,8 @@ pub struct Attributes {
     pub absent: bool,
     pub name: Option<String>,
     pub unit: Option<String>,
+    /// Which of several kinds of quantity with that unit.
+    pub quantity: Option<String>,
     pub range: Option<Expr>,
     pub within: Option<Expr>,
     pub count: [Option<Expr>; 2],
@@ -86,6 +88,7 @@ impl Attributes {
             "skip" => self.form = Form::Skip(expression()?),
             "name" => self.name = Some(text()?),
             "unit" => self.unit = Some(text()?),
+            "quantity" => self.quantity = Some(text()?),
             "says" => self.says = Some(expression()?),
             "meant" => self.meant = Some(expression()?),
             "example" => self.example = Some(text()?),

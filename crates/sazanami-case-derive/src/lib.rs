@@ -6,6 +6,7 @@
 //! | entry | meaning |
 //! |---|---|
 //! | `unit = "m"` | SI unit; the case gives any unit of that dimension |
+//! | `quantity = "a surface tension"` | which of several kinds of quantity with that unit |
 //! | `range = Positive` | range that numbers lie in (a variant of `Range1`) |
 //! | `within = expr` | range that is known only with the rest of the case |
 //! | `least = 1`, `most = 200` | limits of a whole number |
@@ -281,7 +282,8 @@ impl Key {
     }
 
     fn docs(&self) -> Tokens {
-        let Attributes { unit, range, count, default, says, meant, literal, example, form, .. } = &self.attributes;
+        let Attributes { unit, quantity, range, count, default, says, meant, literal, example, form, .. } =
+            &self.attributes;
         let (name, about, kind) = (self.name(), &self.about, &self.kind);
         let says = says.as_ref().map(|text| quote!(key.default = crate::key::DefaultDoc::Text(#text.into());));
         let example = example.as_ref().map(|text| quote!(key.example = Some(#text);));
@@ -316,7 +318,9 @@ impl Key {
             Form::Value => {}
         }
         let leaf = self.leaf();
-        let unit = unit.as_ref().map(|unit| quote!(key.unit = Some(const { crate::units::Quantity::of(#unit) });));
+        let named = quantity.as_ref().map_or(quote!(None), |name| quote!(Some(#name)));
+        let unit =
+            unit.as_ref().map(|unit| quote!(key.unit = Some(const { crate::units::Quantity::of(#unit, #named) });));
         let range = range
             .as_ref()
             .map(|range| quote!(key.range = { #[allow(unused_imports)] use crate::value::Range1::*; #range };));

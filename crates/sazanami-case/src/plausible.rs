@@ -5,6 +5,7 @@ use sazanami_numerics::Real;
 use crate::case::Case;
 use crate::presets::Solver;
 use crate::read::Context;
+use crate::surface_tension::LARGEST;
 use crate::tables::{BoundarySide, Coupling, DemOptions, FilmRoughness, Population, SIDE_NAMES, usual_margin};
 use crate::units::rounded;
 
@@ -92,7 +93,8 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     if let FilmRoughness::Height(height) = case.dem.film_roughness {
         judge("dem.film_roughness", &ROUGHNESS, height);
     }
-    if let Some(bridges) = &case.dem.bridges {
+    // A larger one is refused where bridges are checked.
+    if let Some(bridges) = case.dem.bridges.as_ref().filter(|bridges| bridges.surface_tension <= LARGEST) {
         judge("dem.bridges.surface_tension", &BRIDGE, bridges.surface_tension);
     }
     judge("run.until", &TIME, case.run.until);

@@ -72,7 +72,7 @@ pub struct Quantity {
 
 impl Quantity {
     /// Every kind of quantity that keys have.
-    const ALL: [Self; 14] = [
+    const ALL: [Self; 15] = [
         Self::new("m", "a length", "0.52 mm", [1, 0, 0, 0]),
         Self::new("s", "a time", "1e-5 s", [0, 0, 1, 0]),
         Self::new("kg", "a mass", "1.93e-7 kg", [0, 1, 0, 0]),
@@ -83,6 +83,7 @@ impl Quantity {
         Self::new("Pa s", "a dynamic viscosity", "1e-3 Pa s", [-1, 1, -1, 0]),
         Self::new("Pa", "a pressure", "1 kPa", [-1, 1, -2, 0]),
         Self::new("N/m", "a stiffness", "1e4 N/m", [0, 1, -2, 0]),
+        Self::new("N/m", "a surface tension", "72.8 mN/m", [0, 1, -2, 0]),
         Self::new("N s/m", "a dashpot coefficient", "2.95e-3 N s/m", [0, 1, -1, 0]),
         Self::new("rad", "an angle", "30 deg", [0, 0, 0, 1]),
         Self::new("rad/s", "an angular velocity", "10 rad/s", [0, 0, -1, 1]),
@@ -94,17 +95,22 @@ impl Quantity {
         Self { unit, name, example, dimension: Dimension::new(length, mass, time, angle) }
     }
 
-    /// The kind with that SI unit; an unknown one does not compile.
+    /// The kind with that SI unit, the first of several, and that name where one is given; an unknown one does not compile.
     #[must_use]
-    pub const fn of(unit: &str) -> Self {
+    pub const fn of(unit: &str, name: Option<&str>) -> Self {
         let mut n = 0;
         while n < Self::ALL.len() {
-            if same(Self::ALL[n].unit.as_bytes(), unit.as_bytes()) {
-                return Self::ALL[n];
+            let kind = Self::ALL[n];
+            let is_named = match name {
+                Some(name) => same(kind.name.as_bytes(), name.as_bytes()),
+                None => true,
+            };
+            if is_named && same(kind.unit.as_bytes(), unit.as_bytes()) {
+                return kind;
             }
             n += 1;
         }
-        panic!("no quantity of a key has this unit: add it to `Quantity::ALL`")
+        panic!("no quantity of a key has this unit and name: add it to `Quantity::ALL`")
     }
 
     /// The unit of the example, as people would write it.
@@ -396,9 +402,9 @@ impl UnitReader<'_> {
 }
 
 /// Symbols offered as corrections.
-const COMMON_UNITS: [&str; 36] = [
+const COMMON_UNITS: [&str; 37] = [
     "m", "km", "cm", "mm", "um", "nm", "kg", "g", "mg", "ug", "t", "s", "ms", "us", "ns", "min", "h", "N", "mN", "kN",
-    "Pa", "hPa", "kPa", "MPa", "bar", "J", "mJ", "W", "Hz", "kHz", "L", "mL", "P", "cP", "deg", "rad",
+    "dyn", "Pa", "hPa", "kPa", "MPa", "bar", "J", "mJ", "W", "Hz", "kHz", "L", "mL", "P", "cP", "deg", "rad",
 ];
 
 /// The unit of that symbol, with or without a prefix.
@@ -439,6 +445,7 @@ fn plain_unit(symbol: &str) -> Option<Unit> {
         "h" => (0, 0, 1, 0, 0, 3600.0),
         "d" => (0, 0, 1, 0, 0, 86_400.0),
         "N" => (1, 1, -2, 0, 0, 1.0),
+        "dyn" => (1, 1, -2, 0, -5, 1.0),
         "Pa" => (-1, 1, -2, 0, 0, 1.0),
         "bar" => (-1, 1, -2, 0, 5, 1.0),
         "J" => (2, 1, -2, 0, 0, 1.0),
@@ -478,6 +485,7 @@ mod tests {
     fn decimal_prefixes_are_exact() {
         assert_eq!(value("0.52 mm"), 0.52e-3);
         assert_eq!(value("72 mN/m"), 72e-3);
+        assert_eq!(value("72.8 dyn/cm"), 72.8e-3);
         assert_eq!(value("5.537mm"), 5.537e-3);
         assert_eq!(value("1.0 g/cm^3"), 1000.0);
         assert_eq!(value("0.1 mm^3"), 0.1e-9);

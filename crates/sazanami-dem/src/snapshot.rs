@@ -57,6 +57,10 @@ impl Engine {
         out.u32("contact.spheres", contacts.iter().flat_map(|c| [u32::from(c.a), u32::from(c.b)]));
         out.u32("contact.deep", contacts.iter().map(|c| c.marks as u32));
         out.reals("contact.displacement", contacts.iter().flat_map(|c| c.d_t));
+        let turns = || contacts.iter().flat_map(|c| c.turn);
+        if turns().any(|turn| turn != 0.0) {
+            out.reals("contact.turn", turns());
+        }
         out.reals("wall.point", self.walls.iter().flat_map(|w| w.point.to_array()));
         out.reals("wall.velocity", self.walls.iter().flat_map(|w| w.velocity.to_array()));
         let edges: Vec<Real> = self.walls.iter().filter_map(|w| w.edges).flatten().collect();
@@ -172,6 +176,11 @@ impl State {
             found => Some(found?),
         };
         let (marks, d_t) = (from.u32_of("contact.deep", n)?, from.reals_of("contact.displacement", 3 * n)?);
+        // There where contacts resist rolling; earlier versions had no such spring.
+        let turn = match from.reals_of("contact.turn", 3 * n) {
+            Err(SnapshotError::Missing { .. }) => None,
+            found => Some(found?),
+        };
         let contacts = (0..n)
             .map(|c| ContactRecord {
                 low: low[c],
@@ -181,6 +190,7 @@ impl State {
                 b: spheres[2 * c + 1] as u16,
                 marks: u64::from(marks[c]),
                 d_t: triple(d_t, c),
+                turn: turn.map_or([0.0; 3], |turn| triple(turn, c)),
             })
             .collect();
         let walls = setup.walls.len();

@@ -58,7 +58,7 @@ impl Solver {
     pub(crate) fn settle_ghosts(&mut self) {
         if let Some(flow) = self.mean_flow.filter(MeanFlow::moves_box) {
             let gravity = self.settings.gravity + flow.acceleration();
-            self.projection.fill_ghosts(&self.domain, &self.flow.density, gravity);
+            self.projection.fill_ghosts(&self.domain, &self.flow, gravity);
         }
     }
 

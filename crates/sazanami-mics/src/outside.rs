@@ -19,7 +19,8 @@ use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::Reduction;
 
-use crate::fluids::{FluidName, Fluids};
+use crate::flow::Flow;
+use crate::fluids::FluidName;
 
 /// Boundary condition of the pressure on a side of the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,8 +70,8 @@ struct Faces {
 /// The cells before a side, over all ranks; `across` and then `down` counted from the highest edge of the side.
 #[derive(Default)]
 struct Plane {
-    /// Density, that of the fluid outside where liquid does not count [kg/m^3].
-    density: Vec<Real>,
+    /// Liquid fraction, 0 where liquid does not count.
+    liquid: Vec<Real>,
     excess: Vec<Real>,
     stands: Vec<bool>,
     reached: Vec<usize>,
@@ -101,10 +102,10 @@ pub(crate) fn place_on_side(domain: &Domain, direction: usize, [j, k]: [usize; 2
 
 impl Outside {
     /// Gives the fluid outside a `gravity` [m/s^2].
-    pub fn set(&mut self, domain: &Domain, gravity: Vector, fluids: &Fluids) {
+    pub fn set(&mut self, domain: &Domain, gravity: Vector, flow: &Flow) {
         let [x, y, z] = domain.periodic().map(|periodic| if periodic { 0.0 } else { 1.0 });
         self.gravity = gravity * Vector::new(x, y, z);
-        self.densities = [fluids.gas_density, fluids.liquid_density];
+        self.densities = [flow.fluids.gas_density, flow.fluids.liquid_density];
     }
 
     /// Pressure on the faces of this rank on a side \[Pa].
@@ -117,8 +118,8 @@ impl Outside {
         &self.faces[direction][side].fraction
     }
 
-    /// Follows the `density` in the cells. Collective.
-    pub fn update(&mut self, domain: &Domain, sides: &[[PressureSide; 2]; 3], density: &Field<Real>) {
+    /// Follows the liquid fraction `c` of the cells. Collective.
+    pub fn update(&mut self, domain: &Domain, sides: &[[PressureSide; 2]; 3], c: &Field<Real>) {
         for (d, side) in (0..3).flat_map(|d| [(d, 0), (d, 1)]) {
             let PressureSide::Fixed { pressure, fluid } = sides[d][side] else { continue };
             let Self { gravity, densities, faces, plane } = self;
@@ -126,11 +127,11 @@ impl Outside {
             let layout = Layout::of(domain, d, side, gravity);
             let is_level = gravity[layout.down] == 0.0;
             if !is_level {
-                plane.gather(domain, &layout, density);
+                plane.gather(domain, &layout, c);
                 if fluid == FluidName::Gas {
-                    plane.keep_what_stands(domain, &layout, gravity, sides, *densities);
+                    plane.keep_what_stands(domain, &layout, gravity, sides);
                 }
-                plane.sum_up(domain, &layout, gravity, outside);
+                plane.sum_up(domain, &layout, gravity, *densities, outside);
             }
             let Faces { pressure: values, fraction } = &mut faces[d][side];
             values.clear();
@@ -147,8 +148,7 @@ impl Outside {
                 }
                 let at = layout.place([i, j, k], start);
                 values.push(hydrostatic + plane.excess[at]);
-                let [gas, liquid] = *densities;
-                fraction.push(((plane.density[at] - gas) / (liquid - gas)).clamp(0.0, 1.0));
+                fraction.push(plane.liquid[at].clamp(0.0, 1.0));
             });
         }
     }
@@ -190,25 +190,18 @@ impl Layout {
 }
 
 impl Plane {
-    /// Takes the density of the cells before the side from all ranks.
-    fn gather(&mut self, domain: &Domain, layout: &Layout, density: &Field<Real>) {
+    /// Takes the liquid fraction `c` of the cells before the side from all ranks.
+    fn gather(&mut self, domain: &Domain, layout: &Layout, c: &Field<Real>) {
         let start = domain.start();
-        self.density.clear();
-        self.density.resize(layout.cells[0] * layout.cells[1], 0.0);
-        layout.for_each(domain, |index| self.density[layout.place(index, start)] = density[index]);
+        self.liquid.clear();
+        self.liquid.resize(layout.cells[0] * layout.cells[1], 0.0);
+        layout.for_each(domain, |index| self.liquid[layout.place(index, start)] = c[index]);
         // Each cell has one owner: the sum is its value.
-        domain.communicator().all_reduce(&mut self.density, Reduction::Sum);
+        domain.communicator().all_reduce(&mut self.liquid, Reduction::Sum);
     }
 
     /// Replaces liquid that nothing holds up by gas.
-    fn keep_what_stands(
-        &mut self,
-        domain: &Domain,
-        layout: &Layout,
-        gravity: Vector,
-        sides: &[[PressureSide; 2]; 3],
-        [gas, liquid]: [Real; 2],
-    ) {
+    fn keep_what_stands(&mut self, domain: &Domain, layout: &Layout, gravity: Vector, sides: &[[PressureSide; 2]; 3]) {
         let [across, down] = layout.cells;
         let held = |d: usize| match sides[d][usize::from(gravity[d] > 0.0)] {
             _ if gravity[d] == 0.0 => false,
@@ -218,8 +211,8 @@ impl Plane {
         };
         let [beside, below] = [layout.across, layout.down].map(held);
         let wraps = domain.periodic()[layout.across];
-        let Self { density, stands, reached, .. } = self;
-        let is_liquid = |at: usize| density[at] >= 0.5 * (gas + liquid);
+        let Self { liquid, stands, reached, .. } = self;
+        let is_liquid = |at: usize| liquid[at] >= 0.5;
         stands.clear();
         stands.resize(across * down, false);
         reached.clear();
@@ -244,23 +237,24 @@ impl Plane {
             let (mut counts, mut before) = (below, Real::INFINITY);
             for d in (0..down).rev() {
                 let at = d * across + a;
-                let here = density[at];
+                let here = liquid[at];
                 counts = stands[at] || (counts && here <= before);
                 before = here;
                 if !counts {
-                    density[at] = gas;
+                    liquid[at] = 0.0;
                 }
             }
         }
     }
 
     /// Sums the pressure up that comes on top of that of the fluid `outside`, a density [kg/m^3].
-    fn sum_up(&mut self, domain: &Domain, layout: &Layout, gravity: Vector, outside: Real) {
+    fn sum_up(&mut self, domain: &Domain, layout: &Layout, gravity: Vector, [gas, liquid]: [Real; 2], outside: Real) {
         let [across, down] = layout.cells;
         let weight = |d: usize| gravity[d].abs() * domain.grid().spacing[d];
         let [beside, below] = [layout.across, layout.down].map(weight);
-        let Self { density, excess, .. } = self;
-        let mean = |a: usize, b: usize| 0.5 * ((density[a] - outside) + (density[b] - outside));
+        let Self { liquid: fraction, excess, .. } = self;
+        let beyond = |at: usize| gas + (liquid - gas) * fraction[at] - outside;
+        let mean = |a: usize, b: usize| 0.5 * (beyond(a) + beyond(b));
         excess.clear();
         excess.push(mean(0, 0) * 0.5 * (beside + below));
         for at in 1..across * down {

@@ -19,7 +19,6 @@ use sazanami_numerics::{Real, Vector};
 
 use crate::boundary::Boundary;
 use crate::flow::Flow;
-use crate::fluids::Fluids;
 use crate::mean_gradient::{MeanFlux, MeanGradient};
 use crate::mobility::{Closing, Mobility};
 use crate::outside::Outside;
@@ -161,11 +160,11 @@ impl Projection {
         }
     }
 
-    /// Gives the fluid outside open sides a `gravity` [m/s^2], for a box that holds fluid of this `density`. Without it the
-    /// pressure is the same all over a side.
-    pub(crate) fn set_outside(&mut self, domain: &Domain, gravity: Vector, fluids: &Fluids, density: &Field<Real>) {
-        self.outside.set(domain, gravity, fluids);
-        self.outside.update(domain, &self.sides, density);
+    /// Gives the fluid outside open sides of a box with this `flow` a `gravity` [m/s^2]. Without it the pressure is the same all over a
+    /// side.
+    pub(crate) fn set_outside(&mut self, domain: &Domain, gravity: Vector, flow: &Flow) {
+        self.outside.set(domain, gravity, flow);
+        self.outside.update(domain, &self.sides, &flow.volume_fraction);
     }
 
     /// The fluid outside the open sides, as the last projection found it.
@@ -200,7 +199,7 @@ impl Projection {
         let dt = StepLimits { fixed: None, ..*limits }.choose(&rates, None).dt;
         let courant = dt * rates.advective;
         let (sides, outside, started) = (self.sides, boundary.gravity_outside(), flow.velocity.clone());
-        self.set_outside(domain, outside, &flow.fluids, &flow.density);
+        self.set_outside(domain, outside, flow);
         let entered = boundary.with_faster_inflow(box_gains(dt));
         self.step_in_place(domain, &entered, flow, gravity, dt, (tolerance, courant))?;
         let with_gravity = std::mem::replace(&mut self.pressure, domain.field(0.0));
@@ -209,15 +208,15 @@ impl Projection {
         self.mean.drive(Vector::ZERO, flow.fluids.liquid_density);
         // The fluid outside is without pressure: what that differs by would act for the length of a step.
         self.sides = sides.map(|pair| pair.map(PressureSide::without_pressure));
-        self.set_outside(domain, Vector::ZERO, &flow.fluids, &flow.density);
+        self.set_outside(domain, Vector::ZERO, flow);
         self.step_in_place(domain, boundary, flow, Vector::ZERO, dt, (tolerance, courant))?;
         self.sides = sides;
-        self.set_outside(domain, outside, &flow.fluids, &flow.density);
+        self.set_outside(domain, outside, flow);
         self.mean.drive(driven - self.mean.acceleration(), flow.fluids.liquid_density);
         for (p, with_gravity) in self.pressure.data_mut().iter_mut().zip(with_gravity.data()) {
             *p = with_gravity - *p;
         }
-        self.fill_ghosts(domain, &flow.density, gravity);
+        self.fill_ghosts(domain, flow, gravity);
         flow.fill_halos(domain, boundary);
         Ok(())
     }
@@ -243,8 +242,8 @@ impl Projection {
     ) -> Result<PressureReport, PressureError> {
         flow.fill_halos(domain, boundary);
         flow.predict_faces(domain, boundary, gravity, dt);
-        let Flow { density, velocity, face_velocity, .. } = flow;
-        self.project(domain, density, velocity, face_velocity, gravity, dt, tolerance, courant)
+        let Flow { volume_fraction, density, velocity, face_velocity, .. } = flow;
+        self.project(domain, [volume_fraction, density], velocity, face_velocity, gravity, dt, tolerance, courant)
     }
 
     /// The pressure \[Pa]. Without a side of fixed pressure its mean is zero.
@@ -258,10 +257,10 @@ impl Projection {
         &mut self.pressure
     }
 
-    /// Fills the ghosts of the pressure as the projection that gave it did, for a restart: `density`
-    /// is that of the projection.
-    pub fn fill_ghosts(&mut self, domain: &Domain, density: &Field<Real>, gravity: Vector) {
-        self.outside.update(domain, &self.sides, density);
+    /// Fills the ghosts of the pressure as the projection that gave it did, for a restart: `flow` is that of the projection.
+    pub fn fill_ghosts(&mut self, domain: &Domain, flow: &Flow, gravity: Vector) {
+        let density = &flow.density;
+        self.outside.update(domain, &self.sides, &flow.volume_fraction);
         let sides = BoxSides::new(domain, &self.sides, &self.outside, self.mean.gradient());
         sides.fill_solving(domain, &mut self.pressure, density);
         let _ = sides.fill_behind_walls(domain, &mut self.pressure, density, gravity);
@@ -285,7 +284,7 @@ impl Projection {
     ///
     /// `courant` is the Courant number of the flow before, by which slow flows are solved for more finely ([`Tolerance::at`]).
     /// `face_velocity` holds the predicted velocity, gravity included, on all faces of the cells of
-    /// the rank (on walls and inlets the prescribed one); `density` needs one ghost layer.
+    /// the rank (on walls and inlets the prescribed one); of the liquid fraction and the density, the latter needs one ghost layer.
     /// Faces and cells of the interior are corrected, ghosts are not.
     ///
     /// # Errors
@@ -294,7 +293,7 @@ impl Projection {
     pub fn project(
         &mut self,
         domain: &Domain,
-        density: &Field<Real>,
+        [fraction, density]: [&Field<Real>; 2],
         velocity: &mut [Field<Real>; 3],
         face_velocity: &mut [Field<Real>; 3],
         gravity: Vector,
@@ -303,7 +302,7 @@ impl Projection {
         courant: Real,
     ) -> Result<PressureReport, PressureError> {
         let Tolerance { divergence: asked, max_iterations } = *tolerance;
-        self.outside.update(domain, &self.sides, density);
+        self.outside.update(domain, &self.sides, fraction);
         let Self { sides, pressure, solver, spacing, mobility, outside, mean, tension } = self;
         if let Some(tension) = &*tension {
             tension.push_faces(domain, density, mobility, face_velocity, dt);

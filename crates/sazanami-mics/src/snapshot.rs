@@ -139,8 +139,8 @@ impl Solver {
                 scatter(name, response.insert(domain.field(0.0)))?;
             }
         }
-        projection.set_outside(&domain, boundary.gravity_outside(), &flow.fluids, &flow.density);
-        projection.fill_ghosts(&domain, &flow.density, gravity);
+        projection.set_outside(&domain, boundary.gravity_outside(), &flow);
+        projection.fill_ghosts(&domain, &flow, gravity);
         let grains = ResolvedGrains::new(&domain, engine, shapes, coupling);
         let mut solver = Self::assembled(domain, boundary, settings, flow, projection, grains);
         solver.previous_step = snapshot.reals(PREVIOUS_STEP)?.first().copied();

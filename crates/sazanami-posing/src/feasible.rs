@@ -275,6 +275,7 @@ impl Search<'_> {
         self.liquids(&lying);
         self.poured();
         self.thin();
+        self.narrow();
         self.prepared(&lying, facts);
     }
 

@@ -33,7 +33,7 @@ choices! {
 #[derive(Clone, Copy, Debug, PartialEq, Keys)]
 pub struct Bridges {
     /// Surface tension of the liquid: `"72.8 mN/m"` for water.
-    #[key(unit = "N/m", range = Positive)]
+    #[key(unit = "N/m", quantity = "a surface tension", range = Positive)]
     pub surface_tension: Real,
     /// Volume of liquid over that of the grains, with six bridges a grain.
     #[key(range = Between(1e-4, 0.07), default = 0.01)]
@@ -82,7 +82,8 @@ pub struct DemOptions {
     #[key(word, default, paper_literal = (Yagyu, TangentialForce::Published,
           "eqs. (5) and (6): the spring grows by whole sub-steps, friction along the sliding velocity"))]
     pub tangential_force: TangentialForce,
-    /// Constant torque against rolling, for spheres, over normal force and effective radius; 0: none, the shape resists.
+    /// Largest torque against rolling and spinning, for spheres, over normal force and effective radius; 0: none, the shape resists. Up to it
+    /// a spring holds a ball in place, also on a slope whose tangent is smaller.
     #[key(range = NonNegative, default = 0.0)]
     pub rolling_friction: Real,
     /// Roughness of the grains, down to which the film between spheres that do not touch resists their approach: a length, `none` for

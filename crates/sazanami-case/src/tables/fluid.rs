@@ -204,7 +204,7 @@ pub struct FluidOptions {
     #[key(least = 1, default = Tolerance::default().max_iterations)]
     pub pressure_iterations: usize,
     /// Surface tension of liquid and gas on the grid (`solver = "mics"`).
-    #[key(unit = "N/m", range = NonNegative, says = "none")]
+    #[key(unit = "N/m", quantity = "a surface tension", range = NonNegative, says = "none")]
     pub surface_tension: Option<Real>,
     /// By how much the pressure of the gas exceeds that of the liquid where they meet in the pores of a bed of grains narrower than four cells:
     /// positive draws the liquid in (grains that it wets, some `6 sigma cos(theta) (1 - eps)/(eps d)`), negative holds it out. There it takes

@@ -5,7 +5,7 @@ use sazanami_mics::flow::DropVelocity;
 use sazanami_numerics::{Real, Vector};
 
 use super::grains::numbered;
-use super::{BoundarySide, FluidName, Region};
+use super::{BoundarySide, BoxDomain, FluidName, Region};
 use crate::presets::Solver;
 use crate::read::{Context, Table};
 
@@ -236,7 +236,23 @@ impl LiquidRegion {
                 (Vector::new(axis[0] + offset[0], axis[1] + offset[1], domain.lower.z), false)
             }
         };
-        let Some((mut lower, mut upper)) = self.region.moved(shift).bounds() else { return };
+        let moved = self.region.moved(shift);
+        let (mut lower, mut upper) = moved.geometry().bounds();
+        if is_sampled {
+            // A slice has no end along one direction.
+            lower = Vector::select(lower.cmpeq(Vector::NEG_INFINITY), domain.lower, lower);
+            upper = Vector::select(upper.cmpeq(Vector::INFINITY), domain.upper, upper);
+        }
+        if heights_known && fills(&moved, &domain) {
+            cx.report
+                .warning(Some(table.place("region")), format!("`{}` fills the box", self.name))
+                .label(format!("none of its surface is in it: {}", domain.reaches()))
+                .help("check the unit of its size, and its position");
+            return;
+        }
+        if !lower.is_finite() || !upper.is_finite() {
+            return;
+        }
         if !heights_known {
             (lower.z, upper.z) = (domain.lower.z, domain.lower.z);
         }
@@ -263,6 +279,17 @@ impl LiquidRegion {
                 .label("what is outside is cut off");
         }
     }
+}
+
+/// Whether a round shape holds all of the box: it has no hollows.
+fn fills(region: &Region, domain: &BoxDomain) -> bool {
+    let is_round = matches!(region, Region::Sphere { .. } | Region::Spheroid { .. })
+        || matches!(region, Region::Cylinder { amplitude, .. } if *amplitude == 0.0);
+    let corner = |n: usize| {
+        let [x, y, z] = [0, 1, 2].map(|d| if n >> d & 1 == 1 { domain.upper[d] } else { domain.lower[d] });
+        Vector::new(x, y, z)
+    };
+    is_round && (0..8).all(|n| region.geometry().contains(corner(n)))
 }
 
 #[cfg(test)]

@@ -111,7 +111,8 @@ pub enum Region {
         #[key(unit = "m", range = Positive)]
         wavelength: Real,
     },
-    /// Liquid from the fields of another run: a drop as it falls, with the flow in it.
+    /// Liquid from the fields of another run: a drop as it falls, with the flow in it. From a slice, one cell thick, it is the same all along
+    /// that direction.
     File(LiquidFile),
     /// Whatever one of several regions holds.
     Union(Vec<Region>),

@@ -171,6 +171,9 @@ impl Block {
                     self.contacts[kept] = self.contacts[from];
                 }
                 self.contacts[kept].d_t = forces.d_t.lane(l);
+                if !PLAIN {
+                    self.contacts[kept].turn = forces.turn.lane(l);
+                }
                 let fraction = forces.fraction.0[l];
                 if fraction > deepest.0 {
                     deepest = (fraction, kept);
@@ -228,6 +231,9 @@ impl Block {
                     self.contacts[kept] = self.contacts[from];
                 }
                 self.contacts[kept].d_t = forces.d_t.lane(l);
+                if !PLAIN {
+                    self.contacts[kept].turn = forces.turn.lane(l);
+                }
                 if !PLAIN && apart {
                     self.contacts[kept].deep = false;
                 }

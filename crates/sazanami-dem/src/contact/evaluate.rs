@@ -3,7 +3,7 @@
 use sazanami_numerics::{Matrix, Real, Vector};
 
 use super::context::ContactContext;
-use super::force::{ConstantLanes, PairConstants, force, rolling_torque};
+use super::force::{ConstantLanes, PairConstants, force, roll};
 use super::pair::{Contact, Pair};
 use crate::lanes::{Lanes, Lanes3};
 use crate::motion::Pose;
@@ -22,6 +22,8 @@ pub(crate) struct ContactForces<const W: usize> {
     pub torque_high: Lanes3<W>,
     /// Tangential displacement afterwards \[m].
     pub d_t: Lanes3<W>,
+    /// New turn of the rolling springs, none where the usual laws have none \[rad].
+    pub turn: Lanes3<W>,
 }
 
 /// `W` contact spheres.
@@ -105,11 +107,13 @@ pub(crate) fn evaluate<const W: usize, const PLAIN: bool, const BALLS: bool>(
     };
     let (h, d_t, h_n) = force::<W, PLAIN>(&constants, n, (overlap, radii, wetness), v_r, d_t, dt);
     let (mut torque_low, mut torque_high) = (arm_i.cross(h), -arm_j.cross(h));
+    let mut turn = Lanes3::splat(Vector::ZERO);
     if !PLAIN {
-        let rolling = rolling_torque(&constants, a.radius, b.radius, h_n, spin_j - spin_i);
+        let rolling;
+        (rolling, turn) = roll(&constants, radii, h_n, [spin_i, spin_j], Lanes3::from_fn(|l| contact[l].turn), dt);
         torque_low += rolling;
         torque_high += -rolling;
     }
     let fraction = overlap.divided_by(a.radius.min(b.radius));
-    ContactForces { overlap, fraction, force: h, torque_low, torque_high, d_t }
+    ContactForces { overlap, fraction, force: h, torque_low, torque_high, d_t, turn }
 }

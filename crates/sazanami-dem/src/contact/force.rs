@@ -11,6 +11,18 @@
 //! on average, and grains take up too much spin in an oblique impact. Velocities are half a sub-step older than places;
 //! the tangential dashpot then acts on that to which its force brings a ball in the meantime:
 //! `h_t = (K_t d_t + D_t v_t)/(1 + D_t h/(2 m*))`.
+//!
+//! Rolling is resisted by a spring and a dashpot too (Ai, Chen, Rotter and Ooi (2011), Powder Technol. 206, 269, type C): with the relative
+//! spin `w` and the effective radius `R* = R_1 R_2/(R_1 + R_2)`, the torque on the first body is
+//!
+//! ```text
+//! T = K_r a + D_r w     cut to mu_r R* |h_n|;  da/dt = w + w_m x a, a cut to mu_r R* |h_n|/K_r, where T has no dashpot
+//! K_r = min(2.25 mu_r^2, 0.4) K_n R*^2,   D_r = 2 * 0.3 sqrt(I K_r),   I = 7/5 m* R^2
+//! ```
+//!
+//! The turn `a` goes round with the mean spin `w_m` of both; `m*` is the reduced mass and `R` the smaller radius, `I` so that of a ball
+//! about its contact. A ball on a spring of 0.4 `K_n R^2` turns as fast as it bounces on `K_n`: rolling asks for no shorter sub-steps. A
+//! torque of constant size by itself changes sign in every sub-step where it should hold a ball, which then creeps.
 
 use sazanami_numerics::{Real, Vector};
 
@@ -32,6 +44,16 @@ pub(crate) struct PairConstants {
 }
 
 impl PairConstants {
+    /// Elastic energy of the rolling spring of a contact of spheres of these `radii` after this turn \[J].
+    pub fn energy_of_turn(&self, radii: [Real; 2], turn: Vector) -> Real {
+        if self.rolling == 0.0 {
+            return 0.0;
+        }
+        let constants: ConstantLanes<1> = ConstantLanes::from_fn(|_| (self, 1.0, 0.0));
+        let [stiffness] = rolling_stiffness(&constants, radii.map(Lanes::splat)).0;
+        0.5 * stiffness * turn.length_squared()
+    }
+
     pub fn new(law: &LinearSpringDashpot, film: Option<Film>) -> Self {
         Self {
             springs: Constants::of(law),
@@ -182,18 +204,56 @@ fn time_in_touch<const W: usize>(c: &ConstantLanes<W>, d_n: Lanes<W>, speed_n: L
     if met.any() { c.from_touch.select(met.select((-d_n).divided_by(speed_n), dt), dt) } else { dt }
 }
 
-/// A torque of constant size against relative spin, on the first body.
+/// Rolling stiffness over `K_n R*^2` at a rolling friction of 1, and its largest.
+const ROLLING_STIFFNESS: [Real; 2] = [2.25, 0.4];
+/// Damping ratio of the rolling spring.
+const ROLLING_DAMPING: Real = 0.3;
+
+fn effective_radius<const W: usize>([a, b]: [Lanes<W>; 2]) -> Lanes<W> {
+    (a * b).divided_by(a + b)
+}
+
+/// Stiffness of the rolling springs of contacts of spheres of these `radii` [N m].
 #[inline(always)]
-pub(crate) fn rolling_torque<const W: usize>(
+fn rolling_stiffness<const W: usize>(c: &ConstantLanes<W>, radii: [Lanes<W>; 2]) -> Lanes<W> {
+    let [factor, most] = ROLLING_STIFFNESS.map(Lanes::splat);
+    let effective = effective_radius(radii);
+    (factor * c.rolling * c.rolling).min(most) * c.springs.normal_stiffness * effective * effective
+}
+
+/// Torque of the rolling springs on the first bodies [N m] and their turns afterwards, none where nothing presses the bodies
+/// together: spheres of these `radii`, a normal force `h_n` and the spins of both bodies.
+#[inline(always)]
+pub(crate) fn roll<const W: usize>(
     c: &ConstantLanes<W>,
-    radius_a: Lanes<W>,
-    radius_b: Lanes<W>,
+    radii: [Lanes<W>; 2],
     h_n: Lanes<W>,
-    spin: Lanes3<W>,
-) -> Lanes3<W> {
-    let zero = Lanes::splat(0.0);
-    let effective = (radius_a * radius_b).divided_by(radius_a + radius_b);
-    let rate = spin.dot(spin).sqrt();
-    let size = c.rolling * effective * h_n;
-    spin * rate.above(zero).select(size.divided_by(rate), zero)
+    [first, second]: [Lanes3<W>; 2],
+    turn: Lanes3<W>,
+    dt: Real,
+) -> (Lanes3<W>, Lanes3<W>) {
+    let (zero, one, none) = (Lanes::splat(0.0), Lanes::splat(1.0), Lanes3::splat(Vector::ZERO));
+    if !c.rolling.above(zero).any() {
+        return (none, none);
+    }
+    let spin = second - first;
+    let mean = (first + second) * Lanes::splat(0.5);
+    let turn = turn + (spin + mean.cross(turn)) * Lanes::splat(dt);
+    let limit = c.rolling * effective_radius(radii) * h_n;
+    let stiffness = rolling_stiffness(c, radii);
+    // Of bodies that forces do not move the mass is infinite, and so is `1/give`.
+    let mass = c.give.above(zero).select(Lanes::splat(0.5 * ACROSS).divided_by(c.give), zero);
+    let inertia = mass * Lanes::splat(ACROSS / (ACROSS - 1.0));
+    let smaller = radii[0].min(radii[1]);
+    let damping = (inertia * stiffness).sqrt() * smaller * Lanes::splat(2.0 * ROLLING_DAMPING);
+    let cut = |torque: Lanes3<W>| {
+        let square = torque.dot(torque);
+        let slips = square.above(limit * limit);
+        (slips, slips.select3(torque * limit.divided_by(square.sqrt()), torque))
+    };
+    let (slips, held) = cut(turn * stiffness);
+    let turn = slips.select3(held * one.divided_by(stiffness), turn);
+    let (_, damped) = cut(held + spin * damping);
+    let presses = limit.above(zero);
+    (presses.select3(slips.select3(held, damped), none), presses.select3(turn, none))
 }

@@ -193,6 +193,7 @@ fn fill(
                 b: r.b,
                 deep: r.is(ContactRecord::DEEP),
                 d_t: Vector::from_array(r.d_t),
+                turn: Vector::from_array(r.turn),
             }));
             let touching = block.contacts.last().is_some_and(|c| c.pair == p);
             let mut pair = pair(grains, interactions, [low as u32, high], image, touching);
@@ -288,6 +289,7 @@ fn add_walls(
             a: r.a,
             deep: r.is(ContactRecord::DEEP),
             d_t: Vector::from_array(r.d_t),
+            turn: Vector::from_array(r.turn),
         }));
         let free = height * (1.0 - 1e-9) - context.reach.of(context.poses[grain].radius);
         let left = previous.and_then(|old| remaining_to_wall(old, grain, w)).unwrap_or(Real::NEG_INFINITY);

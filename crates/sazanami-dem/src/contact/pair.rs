@@ -71,6 +71,8 @@ pub(crate) struct Contact {
     pub deep: bool,
     /// Tangential displacement \[m].
     pub d_t: Vector,
+    /// Relative turn that the rolling spring has taken up \[rad].
+    pub turn: Vector,
 }
 
 impl Contact {

@@ -17,6 +17,7 @@ pub(crate) struct ContactRecord {
     /// Some of [`Self::DEEP`], [`Self::APART`], [`Self::BRIDGED`] and [`Self::NO_CONTACT`].
     pub marks: u64,
     pub d_t: [Real; 3],
+    pub turn: [Real; 3],
 }
 
 impl ContactRecord {

@@ -4,11 +4,14 @@ use sazanami_numerics::{Real, Vector};
 
 use super::context::{ContactContext, SubStep};
 use super::counters::Counters;
-use super::force::{ConstantLanes, force, rolling_torque};
+use super::force::{ConstantLanes, force, roll};
 use super::pair::{DEEP_OVERLAP, insert_in_order, reserve};
 use super::search::{CUT_OFF, PlacedCapsule, TOUCH};
 use crate::lanes::{Lanes, Lanes3};
 use crate::wrench::Wrench;
+
+/// Radius of a plane, which has no curvature, over that of a sphere at it: the effective radius is the sphere's own.
+pub(crate) const FLAT: Real = 1e9;
 
 /// A grain near a wall.
 #[derive(Clone, Copy, Debug)]
@@ -30,6 +33,7 @@ pub(crate) struct WallContact {
     pub a: u16,
     pub deep: bool,
     pub d_t: Vector,
+    pub turn: Vector,
 }
 
 /// Pairs and contacts of a block's grains with walls.
@@ -161,7 +165,13 @@ impl WallContacts {
                     if distance >= near {
                         gap = gap.min(distance);
                     } else if !known(a as u16) {
-                        self.found.push(WallContact { pair: p, a: a as u16, deep: false, d_t: Vector::ZERO });
+                        self.found.push(WallContact {
+                            pair: p,
+                            a: a as u16,
+                            deep: false,
+                            d_t: Vector::ZERO,
+                            turn: Vector::ZERO,
+                        });
                     }
                 }
             }
@@ -192,8 +202,7 @@ fn touch(step: &SubStep<'_>, pair: &WallPair, contact: &mut WallContact) -> Opti
     let arm = to_a + n * (radius - 0.5 * overlap);
     let v_r = wall.velocity - pose.velocity - pose.spin.cross(arm);
     let constants: ConstantLanes<1> = ConstantLanes::from_fn(|_| (&laws[pair.law as usize], pair.factor, pair.give));
-    // A plane has no curvature: the effective radius is the sphere's own.
-    let (own, far) = (Lanes::splat(radius), Lanes::splat(1e9 * radius));
+    let (own, far) = (Lanes::splat(radius), Lanes::splat(FLAT * radius));
     let (h, d_t, h_n) = force::<1, false>(
         &constants,
         Lanes3::splat(n),
@@ -202,8 +211,9 @@ fn touch(step: &SubStep<'_>, pair: &WallPair, contact: &mut WallContact) -> Opti
         Lanes3::splat(contact.d_t),
         dt,
     );
-    let rolling = rolling_torque(&constants, own, far, h_n, Lanes3::splat(-pose.spin));
-    contact.d_t = d_t.lane(0);
+    let spins = [pose.spin, Vector::ZERO].map(Lanes3::splat);
+    let (rolling, turn) = roll(&constants, [own, far], h_n, spins, Lanes3::splat(contact.turn), dt);
+    (contact.d_t, contact.turn) = (d_t.lane(0), turn.lane(0));
     let force = h.lane(0);
     Some((Wrench { force, torque: arm.cross(force) + rolling.lane(0) }, overlap, overlap / radius))
 }

@@ -53,6 +53,7 @@ impl Engine {
                     b: 0,
                     marks: ContactRecord::marks(c.deep, false, false),
                     d_t: c.d_t.to_array(),
+                    turn: c.turn.to_array(),
                 }
             };
             // In the order of rows, which is that of identifiers but for other ranks' grains: there is little to sort.
@@ -70,6 +71,7 @@ impl Engine {
                     b: c.b,
                     marks: ContactRecord::marks(c.deep, pair.apart, pair.bridged),
                     d_t: c.d_t.to_array(),
+                    turn: c.turn.to_array(),
                 });
             }
             records.extend(walls.map(of_wall));
@@ -84,6 +86,7 @@ impl Engine {
                     b: held.spheres.1,
                     marks: ContactRecord::BRIDGED | ContactRecord::NO_CONTACT,
                     d_t: [0.0; 3],
+                    turn: [0.0; 3],
                 }
             }));
         }

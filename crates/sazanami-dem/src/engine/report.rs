@@ -8,6 +8,7 @@ use super::Engine;
 use crate::bridge::moisture_of_pair;
 use crate::contact::block::{Block, Held};
 use crate::contact::counters::Counters;
+use crate::contact::walls::FLAT;
 use crate::error::DemError;
 use crate::grain::ROWS;
 use crate::material::TangentialForce;
@@ -119,9 +120,10 @@ impl Engine {
 
     fn elastic_energies_of(&self, block: &Block) -> [Real; 2] {
         let mut energies = [0.0; 2];
-        let mut add = |law: u32, overlap: Real, stretches: [Real; 2]| {
-            let springs = &self.laws[law as usize].springs;
-            let of = |stretch: Real| springs.energy(overlap, stretch).into_iter().sum::<Real>();
+        let mut add = |law: u32, overlap: Real, stretches: [Real; 2], turned: ([Real; 2], Vector)| {
+            let constants = &self.laws[law as usize];
+            let rolling = constants.energy_of_turn(turned.0, turned.1);
+            let of = |stretch: Real| constants.springs.energy(overlap, stretch).into_iter().sum::<Real>() + rolling;
             energies.iter_mut().zip(stretches).for_each(|(energy, stretch)| *energy += of(stretch));
         };
         let own = |p: &usize| block.pairs[*p].touching && (block.pairs[*p].low as usize) < self.grains.owned;
@@ -138,7 +140,7 @@ impl Engine {
                 let arm = a + n * (ra - 0.5 * overlap);
                 let v_r = self.velocity_at(high, arm - between) - self.velocity_at(low, arm);
                 let stretch = self.stretch(pair.law.into(), contact.d_t, [n, v_r], overlap);
-                add(pair.law.into(), overlap, stretch);
+                add(pair.law.into(), overlap, stretch, ([ra, rb], contact.turn));
             }
         }
         for contact in &block.walls.contacts {
@@ -150,7 +152,7 @@ impl Engine {
             let n = -away;
             let v_r = wall.velocity - self.velocity_at(grain, a + n * (radius - 0.5 * overlap));
             let stretch = self.stretch(pair.law, contact.d_t, [n, v_r], overlap);
-            add(pair.law, overlap, stretch);
+            add(pair.law, overlap, stretch, ([radius, FLAT * radius], contact.turn));
         }
         let bridges = self.energy_of_bridges_of(block);
         energies.map(|energy| energy + bridges)

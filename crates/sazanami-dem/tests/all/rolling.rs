@@ -1,9 +1,10 @@
 //! Friction and its memory on planes.
 
 use sazanami_dem::*;
+use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
 
-use crate::support::{domain, floor, setup};
+use crate::support::{domain, floor, setup, snapshot_of};
 
 const G: Real = 9.81;
 const RADIUS: Real = 0.01;
@@ -127,4 +128,59 @@ fn grains_on_a_prescribed_course_do_not_mind_others() {
     assert!(g.position[1].x > 0.1 && g.velocity[1].x.abs() > 0.1);
     assert_eq!(g.position[2], Vector::new(0.2, 0.0, 0.0));
     assert!(report.largest_overlap > 0.0);
+}
+
+/// Speed at which a ball goes down a slope of 20 degrees at the end of half a second, in sub-steps of this length \[s].
+fn down_the_slope(rolling_friction: Real, substep: Real) -> Real {
+    let law = LinearSpringDashpot { rolling_friction, ..law(0.6) };
+    let mut engine = on_floor(Body::ball(RADIUS), law, slope(20.0), 1.0, Vector::ZERO);
+    let advance = |engine: &mut Engine, time: Real| {
+        let substeps = Substeps::Fixed((time / substep).round() as usize);
+        engine.advance(&domain(), &Loads::none(), slope(20.0), time, substeps).expect("the case is sound");
+    };
+    advance(&mut engine, 0.4);
+    let before = engine.grains().position[0].x;
+    advance(&mut engine, 0.1);
+    (engine.grains().position[0].x - before) / 0.1
+}
+
+#[test]
+fn rolling_friction_holds_a_ball_on_a_slope() {
+    for friction in [0.4, 0.5, 1.5] {
+        for substep in [2e-5, 5e-6] {
+            let creeps = down_the_slope(friction, substep).abs();
+            assert!(creeps < 1e-10, "{friction} {substep}: {creeps}");
+        }
+    }
+    // Negative control: the tangent of the slope is 0.364. (5/7) g (sin 20 - 0.3 cos 20) t.
+    let expected = 5.0 / 7.0 * G * (20.0_f64.to_radians().sin() - 0.3 * 20.0_f64.to_radians().cos()) * 0.45;
+    let rolls = down_the_slope(0.3, 2e-5);
+    assert!((rolls / expected - 1.0).abs() < 0.01, "{rolls} {expected}");
+}
+
+#[test]
+fn a_ball_that_rolling_friction_holds_goes_on_from_a_snapshot_bit_by_bit() {
+    let law = LinearSpringDashpot { rolling_friction: 0.5, ..law(0.6) };
+    let make = || on_floor(Body::ball(RADIUS), law, slope(20.0), 1.0, Vector::ZERO);
+    let advance = |engine: &mut Engine| {
+        engine.advance(&domain(), &Loads::none(), slope(20.0), 0.002, Substeps::Fixed(100)).expect("the case is sound");
+    };
+    let mut whole = make();
+    advance(&mut whole);
+    let middle = snapshot_of(&domain(), &mut whole);
+    advance(&mut whole);
+    let again = |snapshot: &Snapshot| {
+        let setup = setup(vec![Body::ball(RADIUS)], law, floor());
+        let mut engine = Engine::restore(&domain(), setup, "dem/", snapshot).expect("the snapshot is whole");
+        advance(&mut engine);
+        (engine.grains().position[0], engine.grains().angular_velocity(0))
+    };
+    let expected = (whole.grains().position[0], whole.grains().angular_velocity(0));
+    assert_eq!(again(&middle), expected);
+    // Negative control: without the turn that its spring has taken up.
+    let mut forgetful = Snapshot::default();
+    for (name, section) in middle.sections().filter(|(name, _)| !name.ends_with("contact.turn")) {
+        forgetful.put(name, section.clone());
+    }
+    assert_ne!(again(&forgetful), expected);
 }

@@ -48,7 +48,7 @@ impl Solver {
         if let Some(room) = room.as_mut() {
             report.transport.settled += room.refit(domain, boundary, grains.moved(domain), flow);
             // The pressure behind walls is that beside the liquid where it is now, as after a restart.
-            projection.fill_ghosts(domain, &flow.density, settings.gravity);
+            projection.fill_ghosts(domain, flow, settings.gravity);
         }
         report.impulses += grains.exchange(domain, flow, room.as_mut(), gravity, dt);
         report.book_sides();
@@ -183,10 +183,11 @@ impl<'a> FluidPass<'a> {
             let solid = self.grains.filled_fraction(domain);
             self.projection.find_jumps(domain, self.flow, solid);
         }
-        let Flow { density, velocity, face_velocity, .. } = &mut *self.flow;
+        let Flow { volume_fraction, density, velocity, face_velocity, .. } = &mut *self.flow;
+        let fluid = [&*volume_fraction, &*density];
         let (tolerance, courant) = (&self.settings.tolerance, report.courant);
         report.pressure +=
-            self.projection.project(domain, density, velocity, face_velocity, gravity, dt, tolerance, courant)?;
+            self.projection.project(domain, fluid, velocity, face_velocity, gravity, dt, tolerance, courant)?;
         Ok(())
     }
 

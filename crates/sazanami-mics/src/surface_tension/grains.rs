@@ -275,12 +275,12 @@ fn fraction(plane: [Real; 4], alpha: Real, c: Real) -> Real {
     }
 }
 
-/// The plane at the angle with this cosine and sine in the cell at `at`, if it holds an interface, is open enough to tell, and lies beside
-/// the surface of a grain.
+/// The plane at the angle with this cosine and sine in the cell at `at`, if it holds an interface or one lies on a face of it, is open
+/// enough to tell, and lies beside the surface of a grain.
 fn anchor([cosine, sine]: [Real; 2], c: &[Real], alpha: &[Real], at: usize, strides: [isize; 3]) -> Option<[Real; 4]> {
     let open = 1.0 - alpha[at];
     let is_beside = || around(strides).any(|(_, by)| 1.0 - alpha[moved(at, by)] < TELLS);
-    if !(PURE..=1.0 - PURE).contains(&c[at]) || open < TELLS || !is_beside() {
+    if open < TELLS || !may_have_interface(c, at, strides) || !is_beside() {
         return None;
     }
     let rise = gradient(alpha, at, strides);
@@ -288,8 +288,36 @@ fn anchor([cosine, sine]: [Real; 2], c: &[Real], alpha: &[Real], at: usize, stri
     let across = open_gradient(c, alpha, at, strides).filter(|across| across.length() > STEEP)?;
     let along = across.reject_from_normalized(out);
     let normal = (along.length() > PURE).then(|| out * cosine - along.normalize() * sine)?;
-    let distance = distance(normal, out, alpha[at], c[at]);
+    let distance = if (PURE..=1.0 - PURE).contains(&c[at]) {
+        distance(normal, out, &[(Vector::ZERO, alpha[at])], c[at] * open)
+    } else {
+        let (to, beside) = behind_face(c, at, across, strides)?;
+        if 1.0 - alpha[beside] < HOLDS {
+            return None;
+        }
+        let liquid = (1.0 - alpha[at]) * c[at] + (1.0 - alpha[beside]) * c[beside];
+        distance(normal, out, &[(Vector::ZERO, alpha[at]), (to, alpha[beside])], liquid)
+    };
     Some([normal.x, normal.y, normal.z, distance])
+}
+
+fn are_opposite(a: Real, b: Real) -> bool {
+    a.min(b) < PURE && a.max(b) > 1.0 - PURE
+}
+
+/// Whether the cell at `at` is mixed, or between it and one of the six beside it full meets empty.
+fn may_have_interface(c: &[Real], at: usize, strides: [isize; 3]) -> bool {
+    (PURE..=1.0 - PURE).contains(&c[at])
+        || strides.iter().any(|&s| are_opposite(c[at], c[moved(at, s)]) || are_opposite(c[at], c[moved(at, -s)]))
+}
+
+/// The cell behind the face on which the interface lies, full where that at `at` is empty or the other way round, and the way to it: along
+/// the direction in which the liquid fraction rises most, `across`.
+fn behind_face(c: &[Real], at: usize, across: Vector, strides: [isize; 3]) -> Option<(Vector, usize)> {
+    let d = (0..3).max_by(|&i, &j| across[i].abs().total_cmp(&across[j].abs()))?;
+    let sign = if (across[d] > 0.0) == (c[at] < 0.5) { 1 } else { -1 };
+    let beside = moved(at, sign * strides[d]);
+    are_opposite(c[at], c[beside]).then_some((Vector::AXES[d] * sign as Real, beside))
 }
 
 /// Gradient of the liquid fraction by least squares over the open cells around, by their open parts [1/cell].
@@ -338,21 +366,26 @@ fn mean(planes: [&[f32]; 4], c: &[Real], alpha: &[Real], at: usize, strides: [is
     (side != 0.0).then(|| [0.0, 0.0, 0.0, side.signum()])
 }
 
-/// Distance of the centre of a cell, in cells, from the plane with this normal that has the share `c` of its open part on the liquid side;
-/// a plane with the normal `out` cuts off the part `alpha` that is covered.
-fn distance(normal: Vector, out: Vector, alpha: Real, c: Real) -> Real {
+/// Distance of the centre of the first of some `cells`, in cells, from the plane with this normal on whose liquid side their open parts have
+/// together this volume of `liquid`, in cells. Each is given with its place from the first and the part of it that is covered, which a plane
+/// with the normal `out` cuts off.
+fn distance(normal: Vector, out: Vector, cells: &[(Vector, Real)], liquid: Real) -> Real {
     let half = 0.5 * normal.abs().element_sum();
-    if alpha <= 0.0 {
+    if let [(_, alpha)] = cells
+        && *alpha <= 0.0
+    {
         let m = normal.abs() / (2.0 * half);
-        return half - 2.0 * half * plane_constant(m.to_array(), c);
+        return half - 2.0 * half * plane_constant(m.to_array(), liquid);
     }
     let reach = 0.5 * out.abs().element_sum();
-    let surface = 2.0 * reach * plane_constant((out.abs() / (2.0 * reach)).to_array(), alpha) - reach;
-    let (mut low, mut high) = (-half, half);
+    let surface = |alpha: Real| 2.0 * reach * plane_constant((out.abs() / (2.0 * reach)).to_array(), alpha) - reach;
+    let beyond = cells.iter().map(|(to, _)| normal.dot(*to).abs()).fold(0.0, Real::max);
+    let (mut low, mut high) = (-half - beyond, half + beyond);
     for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
-        let liquid = volume_of_both((normal, -middle), (-out, -surface));
-        if liquid > (1.0 - alpha) * c { low = middle } else { high = middle }
+        let part =
+            |&(to, alpha): &(Vector, Real)| volume_of_both((normal, -middle - normal.dot(to)), (-out, -surface(alpha)));
+        if cells.iter().map(part).sum::<Real>() > liquid { low = middle } else { high = middle }
     }
     0.5 * (low + high)
 }
@@ -429,11 +462,12 @@ mod tests {
                         liquid += Real::from(u8::from(normal.dot(x) <= -place));
                     }
                 }
-                let (c, found) = (liquid / open, distance(normal, out, alpha, liquid / open));
+                let given = liquid / Real::from(N.pow(3));
+                let (c, found) = (liquid / open, distance(normal, out, &[(Vector::ZERO, alpha)], given));
                 assert!(c > 0.02 && c < 0.98, "{c}");
                 assert!((found - place).abs() < 0.02, "{normal} {out} {surface} {place}: {found}");
                 // Negative control: taken for the whole cell it is elsewhere unless the planes are at right angles.
-                let whole = distance(normal, out, 0.0, c);
+                let whole = distance(normal, out, &[(Vector::ZERO, 0.0)], c);
                 assert!(
                     normal.dot(out).abs() < 0.1 || surface < -0.4 || (whole - place).abs() > 0.02,
                     "{whole} {place}"

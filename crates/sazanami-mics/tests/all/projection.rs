@@ -116,7 +116,7 @@ impl Flow {
     ) -> Result<sazanami_mics::pressure::PressureReport, PressureError> {
         let tolerance = Tolerance { divergence, max_iterations: 300 };
         let Self { domain, density, velocity, faces, .. } = self;
-        projection.project(domain, density, velocity, faces, gravity, dt, &tolerance, 1.0)
+        projection.project(domain, [&*density; 2], velocity, faces, gravity, dt, &tolerance, 1.0)
     }
 }
 

@@ -187,7 +187,7 @@ impl Region {
             Self::Sphere { radius, .. } => Some(4.0 / 3.0 * PI * radius.powi(3)),
             Self::Spheroid { semi_axes: s, .. } => Some(4.0 / 3.0 * PI * s.x * s.y * s.z),
             Self::HalfSpace { .. } | Self::Cylinder { .. } | Self::Wavy { .. } => None,
-            Self::Sampled(liquid) => Some(liquid.body.volume()),
+            Self::Sampled(liquid) => Some(liquid.body.volume()).filter(|volume| volume.is_finite()),
             Self::Union(members) => {
                 let apart = |a: &Self, b: &Self| {
                     let ((la, ua), (lb, ub)) = (a.bounds(), b.bounds());

@@ -46,6 +46,11 @@ impl MomentumBudget {
         self.update_largest_term();
     }
 
+    /// Notes the momentum that all that moves would have along one direction [kg m/s]: a scale where the terms of the budget cancel.
+    pub fn note_motion(&mut self, momentum: Real) {
+        self.largest_term = self.largest_term.max(momentum);
+    }
+
     fn update_largest_term(&mut self) {
         let stored = self.now.iter().copied().chain([self.total(&self.initial)]);
         let largest = stored.chain(self.impulses.iter().map(Total::value)).map(Vector::length).fold(0.0, Real::max);
@@ -84,7 +89,7 @@ impl MomentumBudget {
         self.total(&self.now) - self.initial_total() - impulses
     }
 
-    /// Residual relative to the largest term; 0 if that is 0.
+    /// Residual relative to the largest term, or to the largest momentum that was noted of the motion if that is more; 0 if both are 0.
     #[must_use]
     pub fn relative_residual(&self) -> Real {
         if self.largest_term > 0.0 { self.residual().length() / self.largest_term } else { 0.0 }
@@ -227,6 +232,11 @@ mod tests {
         budget.set_stored(liquid(-3.0));
         assert_eq!(budget.relative_residual(), 1.0 / 8.0);
         assert_eq!(budget.residual_of_initial(), Some(0.25));
+        // What moves to and fro has no momentum together; it is a scale where it is more than the terms.
+        budget.note_motion(4.0);
+        assert_eq!(budget.relative_residual(), 1.0 / 8.0);
+        budget.note_motion(80.0);
+        assert_eq!(budget.relative_residual(), 1.0 / 80.0);
         assert_eq!(MomentumBudget::new(TERMS, liquid(0.0), lines()).relative_residual(), 0.0);
         assert_eq!(budget.stored().next(), Some(("liquid", -3.0 * Vector::Z)));
     }

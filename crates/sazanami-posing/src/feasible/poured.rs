@@ -42,6 +42,32 @@ impl Search<'_> {
         }
     }
 
+    /// Warns of bodies of liquid or gas narrower than a cell of the grid, within the box.
+    pub(super) fn narrow(&mut self) {
+        let domain = self.case.domain;
+        if self.case.solver != Solver::Mics {
+            return;
+        }
+        for (n, liquid) in self.case.liquids.iter().enumerate() {
+            let origin = origin_of(liquid, self.case.bed.axis, domain.lower.z);
+            let (low, high) = liquid.region.moved(origin).geometry().bounds();
+            let width = |d: usize| {
+                let is_cut = matches!(liquid.placement, Placement::Absolute(_)) && !self.case.periodic()[d];
+                if is_cut { high[d].min(domain.upper[d]) - low[d].max(domain.lower[d]) } else { high[d] - low[d] }
+            };
+            let cells = |d: usize| width(d) / domain.spacing()[d];
+            let across = (0..3).filter(|&d| domain.cells[d] > 1).min_by(|&a, &b| cells(a).total_cmp(&cells(b)));
+            let Some(d) = across.filter(|&d| cells(d) > 0.0 && cells(d) < 1.0 - ROUNDED) else { continue };
+            self.report
+                .warning(
+                    self.loaded.places.near(&format!("liquid.{n}.region")),
+                    format!("`{}` is narrower than a cell: the grid has its volume, not its shape", liquid.name),
+                )
+                .label(format!("{} along x{}, a cell {}", length(width(d)), d + 1, length(domain.spacing()[d])))
+                .help("check the unit; else take smaller cells, or leave it out");
+        }
+    }
+
     /// Warns of films thinner than a particle along gravity, whose surface no particle tells.
     pub(super) fn thin(&mut self) {
         let Some(particles) = self.case.particles.as_ref().filter(|_| self.case.solver == Solver::Mps) else { return };

@@ -605,3 +605,20 @@ fn records_that_end_on_the_way_and_gauges_across_gravity_are_warned_of() {
     // Negative control: a tank without grains has no bed, whatever its copy says.
     assert!(!said(&["gravity=[\"9.8 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"]", "bed={}"], "a bed is measured along x3"));
 }
+
+#[test]
+fn liquids_that_the_grid_cannot_show_are_told() {
+    let told = |size: &str, words: &str| {
+        let changes = [
+            "solver=mics",
+            &format!(
+                "liquid=[{{ region.sphere.diameter = \"{size}\", position = [\"0.15 m\", \"0.0125 m\", \"0.08 m\"] }}]"
+            ),
+        ];
+        findings(DAM_BREAK, &changes).1.iter().filter(|text| text.contains(words)).count()
+    };
+    assert_eq!([told("1 um", "narrower than a cell"), told("1 um", "fills the box")], [1, 0]);
+    assert_eq!([told("9 km", "narrower than a cell"), told("9 km", "fills the box")], [0, 1]);
+    // Negative control: a drop of some cells.
+    assert_eq!([told("20 mm", "narrower than a cell"), told("20 mm", "fills the box")], [0, 0]);
+}

@@ -13,6 +13,8 @@ fn bridges_that_make_no_sense_are_refused_with_the_way_out() {
     let missing = refusal(&without, &[]);
     assert!(missing.contains("surface_tension"), "{missing}");
     assert!(refusal(DAMP, &["dem.bridges.surface_tension=72.8 N/m"]).contains("72.8 mN/m"));
+    let told = findings(DAMP, &["dem.bridges.surface_tension=72.8 N/m"]);
+    assert_eq!(told.iter().filter(|text| text.contains("surface tension")).count(), 1, "{told:?}");
     let angle = refusal(DAMP, &["dem.bridges.contact_angle=60 deg"]);
     assert!(angle.contains("up to 50 degrees"), "{angle}");
     assert!(refusal(DAMP, &["dem.bridges.liquid_content=0.2"]).contains("liquid_content"));

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use sazanami::check;
 
-use crate::support::{Left, On, Scratch, foretold, go_on, load, ran, refusal};
+use crate::support::{Left, On, Scratch, findings, foretold, go_on, load, ran, refusal};
 
 /// A quarter of a disc in a slice.
 const SLICE: &str = include_str!("../cases/surface-tension-slice.toml");
@@ -14,6 +14,9 @@ fn surface_tensions_that_make_no_sense_are_refused_with_the_way_out() {
     let slip = refusal(SLICE, &["fluid.surface_tension=72.8 N/m"]);
     assert!(slip.contains("no liquid has a surface tension of 72.8 N/m") && slip.contains("72.8 mN/m"), "{slip}");
     assert!(refusal(SLICE, &["fluid.surface_tension=-0.07 N/m"]).contains("fluid.surface_tension"));
+    let bare = refusal(SLICE, &["fluid.surface_tension=0.07"]);
+    assert!(bare.contains("a surface tension") && bare.contains("72.8 mN/m") && !bare.contains("stiffness"), "{bare}");
+    assert_eq!(load(SLICE, &["fluid.surface_tension=72.8 dyn/cm"]).case.fluid.surface_tension, Some(72.8e-3));
     let particles = refusal(SLICE, &["solver=mps", "particles.spacing=62.5 um"]);
     assert!(particles.contains("surface tension with `solver = \"mps\"`") && particles.contains("mics"), "{particles}");
     let incremental = refusal(SLICE, &["fluid.pressure_form=incremental"]);
@@ -155,4 +158,69 @@ fn a_drop_over_periodic_sides_pulls_as_in_the_middle() {
     // Negative control: between planes of symmetry it is an eighth.
     let eighth = energies("eighth", origin, &["boundary.all=slip"], On::threads(2));
     assert!((8.0 * eighth[0] / middle[0] - 1.0).abs() < 2e-2, "{eighth:?} {middle:?}");
+}
+
+#[test]
+fn boxes_without_gas_or_without_liquid_run() {
+    let scratch = Scratch::new("tension-full");
+    let place = |name: &str, region: &str| {
+        let left = ran(SLICE, &[&format!("liquid.0.region={region}")], &scratch.join(name), On::threads(1));
+        left.column("gas_centre_1")
+    };
+    let full = place(
+        "full",
+        "{ box = { lower = [\"-1 mm\", \"-1 mm\", \"-1 mm\"], upper = [\"2 mm\", \"1 mm\", \"2 mm\"] } }",
+    );
+    assert!(full.len() > 2 && full.iter().all(|place| place.is_nan()), "{full:?}");
+    let empty = place("empty", "{ half_space = { point = [\"0 mm\", \"0 mm\", \"-1 mm\"] } }");
+    assert!(empty.iter().all(|place| (place - 0.5e-3).abs() < 1e-9), "{empty:?}");
+    // Negative control: beside a quarter of a disc the gas has a centre, elsewhere.
+    let beside = place("beside", "{ cylinder = { diameters = [\"0.8 mm\", \"0.6 mm\"] } }");
+    assert!(beside.iter().all(|place| *place > 0.51e-3), "{beside:?}");
+}
+
+#[test]
+fn a_surface_on_faces_of_the_cells_meets_grains_at_their_angle_too() {
+    const BATH: &str = "gravity = \"0 m/s^2\"\n\
+         domain = { size = [\"2 mm\", \"2 mm\", \"2 mm\"], cells = [24, 24, 24] }\nboundary.all = \"slip\"\n\
+         fluid = { surface_tension = \"72.8 mN/m\", tol_div = 1e-9, liquid = { density = \"1000 kg/m^3\", kinematic_viscosity = \"1e-5 m^2/s\" }, \
+         gas = { density = \"1 kg/m^3\", kinematic_viscosity = \"1e-5 m^2/s\" } }\n\
+         material.m.density = \"2000 kg/m^3\"\noutput = { figures = { at = [] }, fields = { at = [] }, series = { every = \"10 us\" } }\n\
+         run.until = \"40 us\"\n[[grains]]\nmaterial = \"m\"\nshape.sphere.diameter = \"0.8 mm\"\nmotion = \"fixed\"\n\
+         placement.list = [{ position = [\"1 mm\", \"1 mm\", \"1 mm\"] }]\n[[liquid]]\nallow_touching_grains = true\n";
+    let scratch = Scratch::new("tension-faces");
+    let pulled = |name: &str, angle: &str, level: &str, normal: &str| {
+        let changes = [
+            format!("fluid.contact_angle.grains={angle}"),
+            format!(
+                "liquid.0.region={{ half_space = {{ point = [\"{level}\", \"0 mm\", \"{level}\"], normal = {normal} }} }}"
+            ),
+        ];
+        let left = ran(BATH, &changes.each_ref().map(String::as_str), &scratch.join(name), On::threads(1));
+        left.last("kinetic_energy_fluid")
+    };
+    let up = "[0.0, 0.0, 1.0]";
+    let [face, beside] =
+        [("face", "1 mm"), ("beside", "1.03 mm")].map(|(name, level)| pulled(name, "60 deg", level, up));
+    assert!(face > 0.4 * beside && face < 2.5 * beside, "{face:e} {beside:e}");
+    let along = pulled("along", "60 deg", "1 mm", "[1.0, 0.0, 0.0]");
+    assert!((along / face - 1.0).abs() < 0.2, "{along:e} {face:e}");
+    // Negative control: at 90 degrees the surface stays as it is.
+    let level = pulled("level", "90 deg", "1 mm", up);
+    assert!(level < 1e-3 * face, "{level:e} {face:e}");
+}
+
+#[test]
+fn liquid_at_a_side_open_to_gas_that_nothing_holds_is_told() {
+    let told = |changes: &[&str]| {
+        findings(SLICE, changes).iter().filter(|text| text.contains("behind which there is gas")).count()
+    };
+    let open = "boundary={ all = \"slip\", x2 = \"periodic\", x1_lower = \"outflow\" }";
+    let to_liquid = open.replace("\"outflow\"", "{ fixed_pressure = { fluid = \"liquid\" } }");
+    assert_eq!([told(&[open]), told(&[&to_liquid]), told(&[])], [1, 0, 0]);
+    // Gravity lets it stand there; on the other side there is none; what flows out is meant to.
+    assert_eq!(told(&[open, "gravity=9.8 m/s^2"]), 0);
+    assert_eq!(told(&[&open.replace("x1_lower", "x1_upper")]), 0);
+    assert_eq!(told(&[open, "liquid.0.velocity=[\"-1 m/s\", \"0 m/s\", \"0 m/s\"]"]), 0);
+    assert_eq!(told(&[open, "fluid.surface_tension=0 N/m"]), 0);
 }

@@ -147,7 +147,7 @@ impl Block {
         let mine = self.contacts[start..].iter().take_while(|c| c.pair == p);
         let known = |spheres: (u16, u16)| mine.clone().any(|c| (c.a, c.b) == spheres);
         let nearest = &mut self.nearest[p as usize];
-        let new = |(a, b): (u16, u16)| Contact { pair: p, a, b, deep: false, d_t: Vector::ZERO };
+        let new = |(a, b): (u16, u16)| Contact { pair: p, a, b, deep: false, d_t: Vector::ZERO, turn: Vector::ZERO };
         let ends = ends.map(|g| g as usize);
         let radii = ends.map(|g| context.poses[g].radius);
         if radii.iter().all(|&radius| radius > 0.0) {

@@ -1,7 +1,8 @@
 //! A body of liquid known by its share of the cells of a grid, with a velocity in each.
 //!
 //! Its surface is where the quadratic B-spline of the shares has one value: smooth, and such that the volume within it is that of the
-//! cells. The velocity is the mean of the cells about a place, linear in the distance, by the liquid in them.
+//! cells. The velocity is the mean of the cells about a place, linear in the distance, by the liquid in them. Where the grid is one cell thick
+//! the body is the same all along that direction, without an end.
 
 use std::sync::Arc;
 
@@ -16,6 +17,8 @@ const LEAST: Real = 1e-6;
 #[derive(Clone, Debug, PartialEq)]
 pub struct SampledLiquid {
     cells: [usize; 3],
+    /// Directions along which it has no end.
+    endless: [bool; 3],
     /// Centre of the first cell from the centre of mass \[m].
     first: Vector,
     spacing: Vector,
@@ -114,16 +117,21 @@ impl SampledLiquid {
             }
         }
         // A layer around, so that the surface lies between cells.
-        let cells = range.map(|[low, high]| high - low + 3);
+        let endless = all.cells.map(|n| n == 1);
+        let around = endless.map(|endless| usize::from(!endless));
+        let cells = [0, 1, 2].map(|d| range[d][1] - range[d][0] + 1 + 2 * around[d]);
         let from = |n: usize| {
             let index = index_of(cells, n);
-            let [i, j, k] = [0, 1, 2].map(|d| (range[d][0] + index[d]).checked_sub(1).filter(|&i| i < all.cells[d]));
+            let along = |d: usize| (range[d][0] + index[d]).checked_sub(around[d]).filter(|&i| i < all.cells[d]);
+            let [i, j, k] = [0, 1, 2].map(along);
             Some(place_of(all.cells, [i?, j?, k?]))
         };
         let count = cells.iter().product();
-        let first = Vector::from_array(range.map(|[low, _]| low as Real - 0.5)) * all.spacing - middle;
+        let lowest = [0, 1, 2].map(|d| range[d][0] as Real + 0.5 - around[d] as Real);
+        let first = Vector::from_array(lowest) * all.spacing - middle;
         let mut body = Self {
             cells,
+            endless,
             first,
             spacing: all.spacing,
             fraction: (0..count).map(|n| from(n).map_or(0.0, share)).collect(),
@@ -137,10 +145,10 @@ impl SampledLiquid {
         (!body.surface.is_empty()).then_some(body)
     }
 
-    /// Volume \[m^3].
+    /// Volume \[m^3]; infinite of a body without an end.
     #[must_use]
     pub fn volume(&self) -> Real {
-        self.volume
+        if self.endless.contains(&true) { Real::INFINITY } else { self.volume }
     }
 
     /// Share of a cell, none beyond the grid.
@@ -149,6 +157,7 @@ impl SampledLiquid {
     }
 
     fn place(&self, index: [isize; 3]) -> Option<usize> {
+        let index = [0, 1, 2].map(|d| if self.endless[d] { 0 } else { index[d] });
         let within = (0..3).all(|d| (0..self.cells[d] as isize).contains(&index[d]));
         within.then(|| place_of(self.cells, index.map(|i| i as usize)))
     }
@@ -234,6 +243,12 @@ impl PlacedLiquid {
         self.orientation.inverse() * (point - self.centre)
     }
 
+    /// The part of a local vector across the directions without an end.
+    fn across(&self, vector: Vector) -> Vector {
+        let [x, y, z] = self.body.endless.map(|endless| if endless { 0.0 } else { 1.0 });
+        vector * Vector::new(x, y, z)
+    }
+
     /// A length that is negative within the body and positive outside, never larger than the distance to the surface \[m].
     pub(super) fn level(&self, point: Vector) -> Real {
         // The spline rises by one in a cell at most along each direction.
@@ -248,7 +263,7 @@ impl PlacedLiquid {
     /// Cautiously: by half a cell.
     pub(super) fn touches_ball(&self, centre: Vector, radius: Real) -> bool {
         let (centre, reach) = (self.local(centre), radius + 0.5 * self.body.spacing.max_element());
-        self.body.surface.iter().any(|point| point.distance_squared(centre) <= reach * reach)
+        self.body.surface.iter().any(|&point| self.across(point - centre).length_squared() <= reach * reach)
     }
 
     pub(super) fn bounds(&self) -> (Vector, Vector) {
@@ -257,7 +272,12 @@ impl PlacedLiquid {
             points.fold((Vector::INFINITY, Vector::NEG_INFINITY), |(lower, upper), x| (lower.min(x), upper.max(x)));
         // The surface may stand out between the lines on which its points are.
         let margin = 0.1 * self.body.spacing.max_element();
-        (lower - margin, upper + margin)
+        let ends = (0..3).filter(|&d| self.body.endless[d]).map(|d| (self.orientation * Vector::AXES[d]).abs());
+        // A turn by a right angle leaves rounding in the other directions.
+        let reach = ends.fold(Vector::splat(margin), |reach, along| {
+            Vector::select(along.cmpgt(Vector::splat(1e-12)), Vector::INFINITY, reach)
+        });
+        (lower - reach, upper + reach)
     }
 
     /// Least and largest value that the spline can have in a box with this centre and these half edges, less that on the surface.
@@ -291,7 +311,7 @@ impl PlacedLiquid {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{Region, RegionFractions};
+    use crate::geometry::{Region, RegionFractions, Wave};
     use crate::grid::Grid;
 
     /// An ellipsoid in 20 x 20 x 20 cells that turns about x3 as it moves along x1.
@@ -349,6 +369,46 @@ mod tests {
             region.touches_ball(Vector::new(0.03, 0.0, 1.0), 0.2)
                 && !region.touches_ball(Vector::new(0.9, 0.0, 0.1), 0.2)
         );
+    }
+
+    #[test]
+    fn a_slice_goes_on_without_an_end() {
+        let grid = Grid::new([20, 1, 20], Vector::new(-1.0, 0.0, -1.0), Vector::new(1.0, 0.1, 1.0));
+        let disc = |centre: Vector| Region::Cylinder {
+            centre,
+            axis: 1,
+            semi_axes: [0.5, 0.7],
+            wave: Wave { amplitude: 0.0, length: 1.0 },
+        };
+        let region = disc(Vector::ZERO);
+        let fractions = RegionFractions::new(&region, &grid, 8);
+        let shares = |n: usize| {
+            let [i, j, k] = index_of(grid.cells, n).map(|i| i as isize);
+            fractions.fraction(i, j, k)
+        };
+        let fraction: Vec<Real> = (0..grid.len()).map(shares).collect();
+        let velocity = vec![Vector::X; grid.len()];
+        let slice = SampledCells { cells: grid.cells, spacing: grid.spacing, fraction, velocity };
+        let body = SampledLiquid::new(&slice).unwrap();
+        let place = Vector::new(0.1, 0.4, -0.05);
+        let found = placed(body.clone(), place, Quaternion::IDENTITY);
+        let (wider, exact) = (Grid::new([24, 3, 24], Vector::splat(-1.2), Vector::splat(1.2)), disc(place));
+        let [found_in, exact_in] = [&found, &exact].map(|region| RegionFractions::new(region, &wider, 8));
+        let (mut sums, mut apart) = ([0.0; 2], 0.0);
+        for n in 0..wider.len() {
+            let [i, j, k] = index_of(wider.cells, n).map(|i| i as isize);
+            let pair = [&found_in, &exact_in].map(|fractions| fractions.fraction(i, j, k));
+            sums = [sums[0] + pair[0], sums[1] + pair[1]];
+            apart += (pair[0] - pair[1]).abs();
+        }
+        assert!((sums[0] / sums[1] - 1.0).abs() < 5e-3 && apart < 0.02 * sums[1], "{sums:?} {apart}");
+        let (lower, upper) = found.bounds();
+        assert!(lower.y == Real::NEG_INFINITY && upper.y == Real::INFINITY && lower.x.is_finite());
+        assert!(found.volume().is_none() && found.touches_ball(Vector::new(0.1, 9.0, 0.75), 0.2));
+        // Negative control: turned about x1 it ends along x2.
+        let turned = placed(body, place, Quaternion::from_rotation_x(std::f64::consts::FRAC_PI_2));
+        assert!(turned.bounds().0.y.is_finite() && turned.bounds().1.z == Real::INFINITY);
+        assert!(!turned.touches_ball(Vector::new(0.1, 9.0, 0.75), 0.2));
     }
 
     #[test]

@@ -3,6 +3,9 @@
 use sazanami_mics::solver::Solver;
 use sazanami_numerics::{Real, Vector};
 
+/// Part of the box that is no gas but the rounding of liquid fractions.
+const ROUNDING: Real = 1e-12;
+
 /// What is observed of the interface and the fluids beside it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Interface {
@@ -12,8 +15,8 @@ pub(crate) struct Interface {
     pub speed: Real,
     /// Root mean square by mass of the difference from the mean velocity [m/s].
     pub deviation: Real,
-    /// Mean place of the gas \[m]; not a number where there is none.
-    pub gas_centre: Vector,
+    /// Mean place of the gas \[m]; none where there is no gas.
+    pub gas_centre: Option<Vector>,
 }
 
 impl Interface {
@@ -52,7 +55,7 @@ impl Interface {
             energy: solver.surface_energy(),
             speed: domain.max(fastest).sqrt(),
             deviation: (deviation / mass).sqrt(),
-            gas_centre: Vector::from_array(moments) / volume,
+            gas_centre: (volume > ROUNDING * domain.grid().len() as Real).then(|| Vector::from_array(moments) / volume),
         })
     }
 }

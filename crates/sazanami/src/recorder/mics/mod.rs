@@ -215,8 +215,15 @@ impl Observer for GridObserver {
         self.departures.clone_from(solver.grains().engine().departures());
         self.arrivals.clone_from(solver.grains().engine().arrivals());
         let own = solver.grains().engine().grains();
-        let mine: Real = (0..own.owned()).map(|n| own.kinetic_energy(n)).sum();
-        self.energies = Energies { fluid: solver.fluid_energy(), grains: domain.sum([mine])[0] };
+        let (owned, momentum) = (0..own.owned(), |n: usize| own.mass[n] * own.velocity[n].length());
+        let mine = [owned.clone().map(|n| own.kinetic_energy(n)).sum(), owned.map(momentum).sum()];
+        let [energy, momenta] = domain.sum(mine);
+        self.energies = Energies { fluid: solver.fluid_energy(), grains: energy };
+        if let Some(budget) = &mut self.momentum {
+            // No fluid of this mass and energy has more momentum.
+            let of_fluid = (2.0 * solver.flow().mass(domain) * self.energies.fluid).sqrt();
+            budget.note_motion(of_fluid + momenta);
+        }
         // The cell beyond the last one of a rank is another's.
         solver.fill_halos();
         self.front = front(solver);

@@ -58,7 +58,7 @@ const AT_POINT: &[Cell<AtPoint>] = quantities! {
 
 const THROUGH_PLANE: &[Cell<ThroughPlane>] = quantities! {
     "volume_flux", "m^3/s", "volume flux of all that goes through: liquid, gas and grains" => |at| at.volume_flux.into();
-    "liquid_flux", "m^3/s", "volume flux of the liquid" => |at| at.liquid_flux.into();
+    "liquid_flux", "m^3/s", "volume flux of the liquid, by the liquid fraction of the cell that it comes from: of a drop of 4 cells that passes 4.4 % too little, of 12 cells 0.06 %" => |at| at.liquid_flux.into();
     "mean_pressure", "Pa", "mean pressure on the plane" => |at| at.mean_pressure.into();
 };
 

@@ -40,7 +40,7 @@ fn of_impulses(row: &SeriesRow<'_>, value: impl FnOnce(&Impulses) -> Real) -> Va
 }
 
 /// A measure of the interface; missing without surface tension.
-fn of_interface(row: &SeriesRow<'_>, value: impl FnOnce(&Interface) -> Real) -> Value {
+fn of_interface<T: Into<Value>>(row: &SeriesRow<'_>, value: impl FnOnce(&Interface) -> T) -> Value {
     row.observer.interface.as_ref().map(value).into()
 }
 
@@ -111,7 +111,7 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<GridObserver>] = quantities! 
         => |row| of_impulses(row, |impulses| impulses.held_grains.z);
     "momentum_residual_3", "N s", "change of the momentum less all impulses"
         => |row| of_budget(row, |budget| budget.residual().z);
-    "momentum_residual_relative", "", "the residual of all directions over the largest term of the budget"
+    "momentum_residual_relative", "", "the residual of all directions over the largest term of the budget, or over the momentum that all that moves would have along one direction if that is more"
         => |row| of_budget(row, MomentumBudget::relative_residual);
     "front", "m", "largest x1 that the interface reaches in a row of cells, by the liquid of its last cell at least half full and of the next"
         => |row| row.observer.front.into();
@@ -119,14 +119,16 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<GridObserver>] = quantities! 
 
 /// Columns of the series of a run with surface tension.
 pub(in crate::recorder) const INTERFACE: &[SeriesCell<GridObserver>] = quantities! {
-    "surface_energy", "J", "surface tension times the area of the interface, less what walls with a contact angle give where they are wet"
+    "surface_energy", "J", "surface tension times the area of the interface, less what walls with a contact angle give where they are wet; sure to 4 %"
         => |row| of_interface(row, |interface| interface.energy);
     "largest_fluid_speed", "m/s", "largest speed of liquid and gas in a cell"
         => |row| of_interface(row, |interface| interface.speed);
     "velocity_deviation", "m/s", "root mean square by mass of the difference of the velocity from its mean"
         => |row| of_interface(row, |interface| interface.deviation);
-    "gas_centre_1", "m", "mean x1 of the gas" => |row| of_interface(row, |interface| interface.gas_centre.x);
-    "gas_centre_3", "m", "mean x3 of the gas" => |row| of_interface(row, |interface| interface.gas_centre.z);
+    "gas_centre_1", "m", "mean x1 of the gas; empty where there is none"
+        => |row| of_interface(row, |interface| interface.gas_centre.map(|centre| centre.x));
+    "gas_centre_3", "m", "mean x3 of the gas; empty where there is none"
+        => |row| of_interface(row, |interface| interface.gas_centre.map(|centre| centre.z));
     "curvature_by_columns", "", "cells whose curvature came from heights in columns in the last step"
         => |row| of_step(row, |step| step.pressure.surface_tension.by_columns);
     "curvature_by_fit", "", "cells whose curvature came from a fit in the last step"

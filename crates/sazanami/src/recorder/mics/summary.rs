@@ -187,7 +187,7 @@ pub(in crate::recorder) const CONSERVATION: &[Field<GridObserver>] = quantities!
         => |observer| json!(observer.findings.liquid_relative_change);
     "wet_liquid_volume_relative_change", "", "the same of the liquid outside grains: with `exchange = \"stress\"` liquid that grains cover counts as lost"
         => |observer| json!(observer.findings.wet_relative_change);
-    "momentum_residual_relative", "", "momentum residual over the largest term of the budget"
+    "momentum_residual_relative", "", "momentum residual over the largest term of the budget, or over the momentum that all that moves would have along one direction (of the fluid the root of 2 mass energy) if that is more"
         => |observer| json!(observer.momentum.as_ref().map(MomentumBudget::relative_residual));
     "momentum_residual_of_exchange", "", "momentum residual over the largest momentum that the grains have had from the fluid so far, beyond the buoyancy of fluid at rest"
         => |observer| json!(observer.momentum.as_ref().and_then(MomentumBudget::residual_of_exchange));
