@@ -27,6 +27,8 @@ use crate::value::{Range1, Value};
 use crate::write::{Paths, Written};
 use crate::{cross_checks, moving_particles};
 
+/// Longest name of a case \[bytes]: file systems take 255, and a run puts its number behind it.
+const LONGEST_NAME: usize = 200;
 /// Largest gap of a film in cells: at wider ones the cells have the lubrication.
 const FILM_CELLS: Real = 0.5;
 
@@ -225,10 +227,24 @@ impl Value for Gravity {
 
 impl Case {
     fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
-        if self.name.is_empty() || self.name.contains(['/', '\\', '\0']) {
+        let is_special = |c: char| c == '/' || c == '\\' || c.is_control();
+        if self.name.trim() != self.name
+            || ["", ".", ".."].contains(&self.name.as_str())
+            || self.name.contains(is_special)
+            || self.name.len() > LONGEST_NAME
+        {
             cx.report
                 .error(table.place("name"), "`name` cannot be the name of a folder")
-                .label("the folder of results has this name");
+                .label("the folder of results has this name")
+                .help(format!(
+                    "take a word of {LONGEST_NAME} bytes at most, without slashes, control characters and blanks at its ends"
+                ));
+        }
+        if self.materials.iter().any(|material| material.name.trim().is_empty()) {
+            cx.report
+                .error(cx.places.at("material"), "a material has no name")
+                .label("it stands under a name of blanks, or of nothing")
+                .help("write `[material.sand]`");
         }
         if self.solver == Solver::Mps && !table.has("particles") {
             cx.missing(None, "particles", "add `[particles]` with `spacing = \"1 mm\"`");

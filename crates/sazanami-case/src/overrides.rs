@@ -97,6 +97,12 @@ fn split_path(path: &str) -> Result<Vec<String>, String> {
     let mut key = String::new();
     let mut quoted = false;
     let mut was_quoted = false;
+    // Behind `]` a key has ended already.
+    let mut is_closed = false;
+    let empty = || "a key in the path of an override is empty".to_owned();
+    if path.trim().is_empty() {
+        return Err("the path of an override is missing".into());
+    }
     for c in path.trim().chars() {
         match c {
             '"' => {
@@ -106,20 +112,30 @@ fn split_path(path: &str) -> Result<Vec<String>, String> {
             '.' | '[' if !quoted => {
                 if !key.is_empty() || was_quoted {
                     keys.push(std::mem::take(&mut key));
+                } else if !is_closed {
+                    return Err(empty());
                 }
-                was_quoted = false;
+                (was_quoted, is_closed) = (false, false);
             }
-            ']' if !quoted => {}
+            ']' if !quoted => {
+                if key.is_empty() && !was_quoted {
+                    return Err(empty());
+                }
+                keys.push(std::mem::take(&mut key));
+                (was_quoted, is_closed) = (false, true);
+            }
             _ => key.push(c),
         }
     }
     if quoted {
         return Err("a quote is not closed".into());
     }
-    if !key.is_empty() || was_quoted {
-        keys.push(key);
+    match (!key.is_empty() || was_quoted, is_closed) {
+        (true, _) => keys.push(key),
+        (false, true) => {}
+        (false, false) => return Err(empty()),
     }
-    if keys.is_empty() { Err("the path of an override is missing".into()) } else { Ok(keys) }
+    Ok(keys)
 }
 
 /// Reads a value that begins at `start` as TOML; what is no TOML is a text.
@@ -243,6 +259,14 @@ mod tests {
     fn wrong_overrides_are_named() {
         let (_, report) = laid_over("[[c]]\nd = 1\n", &["nothing", "c.3.d=1", "x=[1 m]", "=3"]);
         assert_eq!(report.sorted().len(), 4);
+        for path in ["run..until", ".run.until", "run.until.", "c[].d"] {
+            let (table, report) = laid_over("[[c]]\nd = 1\n", &[&format!("{path}=1")]);
+            let told = report.sorted();
+            assert!(told.len() == 1 && told[0].title.contains("is empty"), "{path}");
+            assert!(!table.contains_key("run") && table["c"][0]["d"].as_integer() == Some(1), "{path}");
+        }
+        // Negative control: a key that is a quoted nothing is one.
+        assert_eq!(laid_over("", &["f.\"\"=1"]).0["f"][""].as_integer(), Some(1));
         assert!(report.sorted().iter().any(|d| d.title.contains("`3` is not a position")));
     }
 }

@@ -298,3 +298,17 @@ fn an_empty_list_of_grains_is_one_error() {
     let found = findings_of(&text, &[]);
     assert!(found.len() == 1 && found[0].contains("the list of grains is empty"), "{found:#?}");
 }
+
+#[test]
+fn names_that_are_none_are_refused() {
+    let long = format!("name={}", "n".repeat(300));
+    for name in ["name=\"a\\nb\"", "name=\"..\"", "name=\".\"", "name=\" \"", "name=\"a \"", "name=\"a/b\"", &long] {
+        refused(name, "`name` cannot be the name of a folder");
+    }
+    let found = findings(&["material.\"\".density=2000 kg/m^3"]);
+    assert!(found.iter().any(|text| text.contains("a material has no name")), "{found:#?}");
+    // Negative control.
+    for name in ["name=\"a b.c\"", "name=n", "name=\"砂\""] {
+        assert!(findings(&[name]).is_empty(), "{name}");
+    }
+}

@@ -48,6 +48,7 @@ struct Arguments {
 fn main() -> ExitCode {
     let began = Instant::now();
     out_of_memory::end_by_name();
+    terminal::meet_full_files_as_errors();
     let world = sazanami_mpi::join();
     let code = match &world {
         Ok(Some(world)) => ranks::take_part(world.processes(), command),

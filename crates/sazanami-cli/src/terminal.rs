@@ -195,6 +195,15 @@ fn is_ignored(signal: &i32) -> bool {
     action.sa_sigaction == libc::SIG_IGN
 }
 
+/// From here on a file that grows beyond the limit on the size of files (`ulimit -f`) is an error of whoever writes it, as a full disk, and no
+/// signal that ends the program without a word.
+pub fn meet_full_files_as_errors() {
+    // SAFETY: ignoring a signal runs no code.
+    unsafe {
+        libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
+    }
+}
+
 /// Stop that Ctrl-C, SIGTERM, SIGHUP and SIGUSR1 set; a second signal ends the program at once. Those that were ignored
 /// when the program began stay ignored.
 pub fn stop_on_signals() -> Result<Arc<Stop>, CommandError> {

@@ -40,6 +40,9 @@ impl TypedValueParser for Likely {
     }
 }
 
+/// Most words that an error lists.
+const MOST_LISTED: usize = 20;
+
 /// Words of other programs, and the command that does the same here.
 const ELSEWHERE: [(&str, &str); 12] = [
     ("simulate", "run"),
@@ -58,6 +61,20 @@ const ELSEWHERE: [(&str, &str); 12] = [
 
 /// Adds what was meant to an error about a command that there is not.
 pub fn with_what_was_meant(mut error: clap::Error) -> clap::Error {
+    // Likely words stand for no limit, and there may be hundreds.
+    if let Some(ContextValue::Strings(words)) = error.get(ContextKind::ValidValue)
+        && words.len() > MOST_LISTED
+    {
+        error.remove(ContextKind::ValidValue);
+    }
+    if error.kind() == ErrorKind::UnknownArgument
+        && error.get(ContextKind::InvalidArg) == Some(&ContextValue::String("--threads".to_owned()))
+        && std::env::args().nth(1).as_deref() == Some("verify")
+    {
+        let tip = "`--jobs N` says how many cases run at a time, each on one thread";
+        error.remove(ContextKind::SuggestedArg);
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
+    }
     let Some(ContextValue::String(said)) = error.get(ContextKind::InvalidSubcommand).cloned() else { return error };
     if error.kind() != ErrorKind::InvalidSubcommand {
         return error;

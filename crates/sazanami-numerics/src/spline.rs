@@ -1,6 +1,13 @@
-//! Natural cubic splines: curves through points with continuous second derivative, which is zero at the ends.
+//! Cubic splines: curves through points with continuous second derivative. At an end at which the points come to rest the slope is zero, at
+//! others the second derivative.
 
 use crate::Real;
+
+/// Part of the mean slope of the last piece up to which the slope at its end, by a parabola through three points, counts as none. What is missed
+/// then is half of the slope that the curve gains within the piece, no more than a second derivative of zero would miss.
+const AT_REST: Real = 1.0 / 3.0;
+/// Part of the largest slope between points that is rounding of the points.
+const ROUNDING: Real = 1e-3;
 
 /// A curve through points of increasing abscissa.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,17 +29,33 @@ impl Spline {
         {
             return None;
         }
-        // Continuity of the slope at the inner points, solved by elimination.
+        let length = |piece: usize| x[piece + 1] - x[piece];
+        let slope = |piece: usize| (y[piece + 1] - y[piece]) / length(piece);
+        let steepest = (0..n - 1).map(|piece| slope(piece).abs()).fold(0.0, Real::max);
+        let rests = |end: usize, beside: usize| {
+            let (own, next) = (slope(end), slope(beside));
+            let at_end = own - (next - own) * length(end) / (length(end) + length(beside));
+            own.abs() <= ROUNDING * steepest || at_end * own <= AT_REST * own * own
+        };
+        let at_rest = if n > 2 { [rests(0, 1), rests(n - 2, n - 3)] } else { [false; 2] };
+        // Continuity of the slope at the inner points, and no slope at ends at rest, solved by elimination.
         let mut curvature = vec![0.0; n];
         let mut ratio = vec![0.0; n];
+        if at_rest[0] {
+            (ratio[0], curvature[0]) = (0.5, 3.0 * slope(0) / length(0));
+        }
         for i in 1..n - 1 {
-            let (before, after) = (x[i] - x[i - 1], x[i + 1] - x[i]);
-            let jump = (y[i + 1] - y[i]) / after - (y[i] - y[i - 1]) / before;
+            let (before, after) = (length(i - 1), length(i));
+            let jump = slope(i) - slope(i - 1);
             let pivot = 2.0 * (before + after) - before * ratio[i - 1];
             ratio[i] = after / pivot;
             curvature[i] = (6.0 * jump - before * curvature[i - 1]) / pivot;
         }
-        for i in (1..n - 1).rev() {
+        if at_rest[1] {
+            let own = slope(n - 2);
+            curvature[n - 1] = (-6.0 * own / length(n - 2) - curvature[n - 2]) / (2.0 - ratio[n - 2]);
+        }
+        for i in (0..n - 1).rev() {
             curvature[i] -= ratio[i] * curvature[i + 1];
         }
         Some(Self { x: x.to_vec(), y: y.to_vec(), curvature })
@@ -80,6 +103,39 @@ mod tests {
             assert!((value - (3.0 * at).sin()).abs() < 1e-8);
             assert!((slope - 3.0 * (3.0 * at).cos()).abs() < 1e-5);
             assert!((curvature + 9.0 * (3.0 * at).sin()).abs() < 2e-3);
+        }
+    }
+
+    #[test]
+    fn what_begins_and_ends_at_rest_has_no_slope_there() {
+        let tau = std::f64::consts::TAU;
+        let curve = |rows: i32, of: &dyn Fn(Real) -> Real| {
+            let x: Vec<Real> = (0..=rows).map(|n| n as Real / rows as Real).collect();
+            Spline::through(&x, &x.iter().map(|&x| of(x)).collect::<Vec<_>>()).unwrap()
+        };
+        // From rest with an acceleration, with none, after a pause, and a step that is written with four digits; with few rows and many.
+        let swing = |x: Real| 1.0 - (tau * x).cos();
+        let smooth = |x: Real| x.powi(3) * (1.0 - x).powi(3);
+        let paused = |x: Real| (x - 0.3).max(0.0).powi(2) * (0.8 - x).max(0.0).powi(2);
+        let written = |x: Real| (1e4 * swing(x)).round() * 1e-4;
+        for rows in [8, 25, 200] {
+            for of in [&swing as &dyn Fn(Real) -> Real, &smooth, &paused, &written] {
+                let spline = curve(rows, of);
+                assert!(spline.at(0.0)[1].abs() < 1e-12 && spline.at(1.0)[1].abs() < 1e-12, "{rows}");
+                assert!(spline.at(-0.5)[0].abs() < 1e-12, "{rows}");
+            }
+        }
+        // The slope between is that of the swing too, from the first piece on.
+        let spline = curve(50, &swing);
+        for x in [0.005, 0.01, 0.1, 0.99] {
+            assert!((spline.at(x)[1] - tau * (tau * x).sin()).abs() < 1e-3 * tau, "{x}");
+        }
+        // Negative control: what moves at its ends keeps its slope there.
+        let (wave, parabola) = (|x: Real| (tau * x).sin(), |x: Real| 0.3 * x + x * x);
+        for of in [&wave as &dyn Fn(Real) -> Real, &parabola] {
+            let (spline, step) = (curve(50, of), 1e-6);
+            let exact = (of(step) - of(0.0)) / step;
+            assert!((spline.at(0.0)[1] / exact - 1.0).abs() < 0.05, "{} {exact}", spline.at(0.0)[1]);
         }
     }
 

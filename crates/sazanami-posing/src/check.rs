@@ -149,7 +149,7 @@ pub fn check(case: &Case, known: Known, machine: &Machine, threads: usize, model
         steps: pace.steps,
         most_steps: reached.steps,
         limits: pace.limits,
-        memory_bytes: memory(case, model) + of_files,
+        memory_bytes: memory(case, model) + of_files + memory::PROGRAM,
         memory_available: machine.memory_available,
         disk_bytes: disk_parts.iter().map(|(_, bytes)| bytes).sum(),
         disk_parts,

@@ -15,27 +15,51 @@ const BULK: f64 = 1e-3;
 /// Most that a grid may lose of either before its results are in doubt.
 const GRID: f64 = 1e-6;
 
-/// A budget in plain words, and whether it closes.
+/// A budget in plain words, and whether it closes, if there is one.
 struct Verdict {
-    holds: bool,
+    holds: Option<bool>,
     text: String,
 }
 
-/// The verdict on a relative residual with its bound.
-fn verdict(what: &str, residual: Option<f64>, bound: f64, else_: &str) -> Verdict {
-    match residual {
-        None => Verdict { holds: true, text: format!("{what} has no budget in this run: {else_}.") },
-        Some(found) if found.abs() <= ROUND_OFF => {
-            Verdict { holds: true, text: format!("{what} is kept to round-off: {found:.1e} of it is unaccounted for.") }
+impl Verdict {
+    /// Class of its paragraph, and its first word.
+    fn said(&self) -> [&'static str; 2] {
+        match self.holds {
+            Some(true) => ["verdict good", "Closed."],
+            Some(false) => ["verdict bad", "Open."],
+            None => ["verdict", "None."],
         }
+    }
+}
+
+/// The verdict on a relative residual with its bound; where there is none, why.
+fn verdict(what: &str, residual: Option<f64>, bound: f64, without: &str) -> Verdict {
+    match residual {
+        None => Verdict { holds: None, text: format!("{what} has no budget in this run: {without}.") },
+        Some(found) if found.abs() <= ROUND_OFF => Verdict {
+            holds: Some(true),
+            text: format!("{what} is kept to round-off: {found:.1e} of it is unaccounted for."),
+        },
         Some(found) if found.abs() <= bound => Verdict {
-            holds: true,
+            holds: Some(true),
             text: format!("{what} is kept: {found:.1e} of it is unaccounted for, at most {bound:.0e} is usual."),
         },
         Some(found) => Verdict {
-            holds: false,
+            holds: Some(false),
             text: format!("{what} is not kept: {found:.1e} of it is unaccounted for, at most {bound:.0e} is usual."),
         },
+    }
+}
+
+/// Why a run has no budget of the momentum.
+fn without_momentum(run: &Finished) -> &'static str {
+    let particles = run.summary["solver"] == "mps";
+    match () {
+        () if particles && run.number("counts.fluid_particles") == Some(0.0) => {
+            "with moving particles it is that of the liquid, and there is none"
+        }
+        () if particles => "no body force acts on the liquid whose impulse would be its measure",
+        () => "the flow is given",
     }
 }
 
@@ -45,12 +69,7 @@ pub fn section(html: &mut Html, run: &Finished) {
     let particles = run.summary["solver"] == "mps";
     let (momentum, liquid) = if particles { (PARTICLES, BULK) } else { (GRID, GRID) };
     let verdicts = [
-        verdict(
-            "The momentum",
-            run.number("conservation.momentum_residual_relative"),
-            momentum,
-            "no force acts from outside, or the flow is given",
-        ),
+        verdict("The momentum", run.number("conservation.momentum_residual_relative"), momentum, without_momentum(run)),
         verdict(
             "The volume of the liquid",
             run.number("conservation.liquid_volume_relative_change"),
@@ -58,10 +77,12 @@ pub fn section(html: &mut Html, run: &Finished) {
             "there is no liquid",
         ),
     ];
-    for Verdict { holds, text } in &verdicts {
-        html.open("p", &[("class", if *holds { "verdict good" } else { "verdict bad" })]);
-        html.raw(if *holds { "<strong>Closed.</strong> " } else { "<strong>Open.</strong> " });
-        html.text(&typeset(text));
+    for verdict in &verdicts {
+        let [class, word] = verdict.said();
+        html.open("p", &[("class", class)]);
+        html.element("strong", &[], word);
+        html.raw(" ");
+        html.text(&typeset(&verdict.text));
         html.close("p");
     }
     let mut rows = Vec::new();
@@ -91,9 +112,18 @@ mod tests {
 
     #[test]
     fn an_open_budget_is_called_open() {
-        assert!(verdict("It", Some(7e-13), GRID, "").holds);
+        assert_eq!(verdict("It", Some(7e-13), GRID, "").said()[1], "Closed.");
         assert!(verdict("It", Some(-7e-7), GRID, "").text.contains("is kept: -7.0e-7"));
         let open = verdict("It", Some(-3e-6), GRID, "");
-        assert!(!open.holds && open.text.contains("is not kept"));
+        assert!(open.holds == Some(false) && open.text.contains("is not kept"));
+    }
+
+    #[test]
+    fn what_has_no_budget_is_not_called_closed() {
+        let none = verdict("It", None, GRID, "there is no liquid");
+        assert_eq!(none.said(), ["verdict", "None."]);
+        assert!(none.text.contains("has no budget in this run: there is no liquid."), "{}", none.text);
+        // Negative control: a residual of zero is one.
+        assert_eq!(verdict("It", Some(0.0), GRID, "").said()[1], "Closed.");
     }
 }

@@ -50,7 +50,7 @@ pub struct Chart {
     pub tables: Vec<Curves>,
     /// Whether points are marked and not joined.
     pub points: bool,
-    /// Whether any other than each n-th row was left out: that n.
+    /// Rows of a stretch of which those with the least and the greatest value of each curve are kept; 1 where all are.
     pub every: usize,
 }
 
@@ -118,23 +118,50 @@ pub fn of_series(series: &Table) -> Vec<Chart> {
 pub fn of_columns(series: &Table, title: &str, columns: &[&str], shown: usize) -> Option<Chart> {
     let unit_of = |name: &str| series.headings().find(|(column, _)| *column == name).map(|(_, unit)| unit.to_owned());
     let unit = columns.iter().find_map(|name| unit_of(name))?;
-    let every = series.len().div_ceil(MOST_ROWS).max(1);
-    let thinned = |values: Vec<f64>| -> Vec<f64> {
-        let last = values.len().saturating_sub(1);
-        let kept = values.into_iter().enumerate().filter(|(row, _)| row % every == 0 || *row == last);
-        kept.map(|(_, value)| value).collect()
-    };
     let curves = columns
         .iter()
         .filter(|name| unit_of(name).is_some_and(|own| own == unit))
-        .map(|name| Curve::new(plain(name), thinned(series.column(name))));
+        .map(|name| Curve::new(plain(name), series.column(name)));
     let mut curves: Vec<Curve> = curves.filter(|curve| curve.values.iter().any(|value| value.is_finite())).collect();
     curves.iter_mut().skip(shown).for_each(|curve| curve.shown = false);
     if curves.is_empty() {
         return None;
     }
-    let tables = vec![Curves { x: thinned(series.column("time")), curves }];
+    let (rows, every) = kept_rows(&curves, series.len());
+    let thinned = |values: &[f64]| rows.iter().map(|&row| values[row]).collect::<Vec<f64>>();
+    curves.iter_mut().for_each(|curve| curve.values = thinned(&curve.values));
+    let tables = vec![Curves { x: thinned(&series.column("time")), curves }];
     Some(Chart { every, ..Chart::new(title, ["time", "s"], &unit, tables) })
+}
+
+/// Rows of `count` that a chart keeps, and how many lie in a stretch: of each stretch those in which a curve is least and greatest, and the first
+/// in which it has no value; the first and the last row, and the last value of each curve.
+fn kept_rows(curves: &[Curve], count: usize) -> (Vec<usize>, usize) {
+    if count <= MOST_ROWS {
+        return ((0..count).collect(), 1);
+    }
+    let last_value = |curve: &Curve| curve.values.iter().rposition(|value| value.is_finite());
+    let ends: Vec<usize> = curves.iter().filter_map(last_value).chain([0, count - 1]).collect();
+    let mut every = (2 * count).div_ceil(MOST_ROWS);
+    loop {
+        let mut rows = ends.clone();
+        for curve in curves {
+            for (number, stretch) in curve.values.chunks(every).enumerate() {
+                let known = || stretch.iter().enumerate().filter(|(_, value)| value.is_finite());
+                let least = known().min_by(|a, b| a.1.total_cmp(b.1));
+                let greatest = known().max_by(|a, b| a.1.total_cmp(b.1));
+                let missing = stretch.iter().position(|value| !value.is_finite());
+                let found = [least.map(|(row, _)| row), greatest.map(|(row, _)| row), missing];
+                rows.extend(found.into_iter().flatten().map(|row| number * every + row));
+            }
+        }
+        rows.sort_unstable();
+        rows.dedup();
+        if rows.len() <= MOST_ROWS || every >= count {
+            return (rows, every);
+        }
+        every += every.div_ceil(2);
+    }
 }
 
 /// Heights of a bed against `x` at the first, some middle and the last of their times.
@@ -381,12 +408,31 @@ mod tests {
     }
 
     #[test]
-    fn long_tables_are_thinned_to_their_end() {
-        let rows: String = (0..5001).map(|n| format!("{n},{n},{n}\n")).collect();
-        let chart = &of_series(&table(&format!("step,time [s],dt [s]\n{rows}")))[0];
-        let x = &chart.tables[0].x;
-        assert!(x.len() <= MOST_ROWS && chart.every == 3, "{} {}", x.len(), chart.every);
-        assert_eq!((x[1], x.last()), (3.0, Some(&5000.0)));
+    fn long_tables_keep_the_range_of_their_values() {
+        // A peak and a trough of one row each, in two curves, one of which ends before the other.
+        let value = |n: usize| if n == 3334 { 1030.67 } else { (n % 7) as f64 };
+        let other = |n: usize| match n {
+            4001.. => String::new(),
+            1235 => "-50".into(),
+            _ => format!("{}", 1.0 + n as f64),
+        };
+        let rows: String = (0..5001).map(|n| format!("{n},{n},{},{}\n", value(n), other(n))).collect();
+        let text = format!("step,time [s],crater_depth [m],rim_radius [m]\n{rows}");
+        let chart = &of_series(&table(&text))[0];
+        let Curves { x, curves } = &chart.tables[0];
+        assert!(x.len() <= MOST_ROWS && chart.every >= 6, "{} {}", x.len(), chart.every);
+        assert_eq!((x[0], x.last()), (0.0, Some(&5000.0)));
+        assert!(x.windows(2).all(|pair| pair[0] < pair[1]));
+        assert_eq!(chart.summary()[0][2..], ["0", "1031", "2"]);
+        assert_eq!(chart.summary()[1][2..], ["-50", "4001", "4001"]);
+        // The values stand at their own times, and a curve that has ended is not drawn on.
+        let at = |time: f64| x.iter().position(|x| *x == time).unwrap();
+        assert_eq!((curves[0].values[at(3334.0)], curves[1].values[at(1235.0)]), (1030.67, -50.0));
+        assert!(curves[1].values[at(5000.0)].is_nan());
+        // Negative control: of a short table all rows are kept.
+        let short: String = text.lines().take(1 + MOST_ROWS).map(|line| format!("{line}\n")).collect();
+        let chart = &of_series(&table(&short))[0];
+        assert_eq!((chart.tables[0].x.len(), chart.every), (MOST_ROWS, 1));
     }
 
     #[test]

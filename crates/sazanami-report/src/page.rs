@@ -71,7 +71,11 @@ pub fn charts(html: &mut Html, first: usize, charts: &[Chart]) {
         html.close("div");
         html.raw("<div class=\"keys\"></div>\n<p class=\"read\" aria-live=\"polite\"></p>\n");
         if chart.every > 1 {
-            html.element("p", &[("class", "note")], &format!("Every {}th row of the table is shown.", chart.every));
+            let note = format!(
+                "Of {} rows of the table at a time those with the least and the greatest value of each curve are shown.",
+                chart.every
+            );
+            html.element("p", &[("class", "note")], &note);
         }
         html.raw("<details><summary>Values as a table</summary>\n");
         let headings = ["quantity", "unit", "least", "greatest", "last"];

@@ -186,6 +186,11 @@ mod tests {
         assert!(plan(&format!("{base}[keys]\n\"a\" = [1]\n")).is_ok());
         let ends = plan(&format!("{base}[keys]\n\"a\" = {{ from = \"10 ms\", to = \"0.03 s\", count = 2 }}\n"));
         assert_eq!(ends.unwrap_err().to_string().matches("error:").count(), 1, "one fault, one error");
+        let single =
+            plan(&format!("{base}[keys]\n\"a\" = {{ from = 1, to = 2, count = 1 }}\n")).unwrap_err().to_string();
+        assert!(single.matches("error:").count() == 1 && single.contains("of at least 2"), "{single}");
+        let empty = plan(&format!("{base}[keys]\n\"a\" = {{ from = 1.0, to = 0.1, count = 2 }}\n")).unwrap_err();
+        assert!(empty.to_string().contains("`to` has to lie above `from`, 1\n"), "{empty}");
     }
 
     #[test]
@@ -201,6 +206,10 @@ mod tests {
             let found = warned(values, "");
             assert!(found.len() == 1 && found[0].contains("is there already"), "{values}: {found:?}");
         }
+        // Integers of a range are fewer than its values.
+        let found = warned("{ from = 6, to = 7, integers = true, count = 4 }", "");
+        assert!(found.len() == 2 && found[0] == "this value is there already, as value 1", "{found:?}");
+        assert!(warned("{ from = 6, to = 9, integers = true, count = 4 }", "").is_empty());
         // Where keys are zipped points are compared: the second has one value of the first, the third both.
         let zipped =
             |values: &str| warned(&format!("[1, 1, 1]\n\"b\" = {values}\n[set]\n\"c\" = 1"), "points = \"zip\"");

@@ -190,9 +190,10 @@ pub fn resume(
 }
 
 /// Refuses to go on with a run whose flow is where the command asks it to stop, or at an end that the command does not
-/// move. A run at its end may be resumed without a wish: its results are then presented again.
+/// move. A run at an end of its case, time or steps, may be resumed without a wish: its results are then presented again.
 fn refuse_to_stand_still(loaded: &LoadedCase, run: &RunState, options: &RunOptions) -> Result<(), CommandError> {
     let length = &loaded.case.run;
+    let has_all_steps = length.steps.is_some_and(|most| run.step >= most as u64);
     let at = format!("this run is at step {}, {} s", run.step, run.time);
     let refused = |problem: String, help: &str| Err(CommandError::input(problem, help));
     if !run.flows() {
@@ -203,7 +204,7 @@ fn refuse_to_stand_still(loaded: &LoadedCase, run: &RunState, options: &RunOptio
             format!("{at}: it cannot go back to {until} s"),
             "give a later time, or run the case into a new folder",
         ),
-        (until, Some(_)) | (until @ Some(_), _) if length.steps.is_some_and(|most| run.step >= most as u64) => refused(
+        (until, Some(_)) | (until @ Some(_), _) if has_all_steps => refused(
             format!(
                 "{at}, and its case ends after {} steps{}",
                 length.steps.unwrap_or_default(),
@@ -377,7 +378,8 @@ impl Launch<'_> {
             },
         )?;
         let wall = began.elapsed().as_secs_f64();
-        progress.message(&how_it_ended(&ended, &last, options, stop, wall));
+        let most_steps = case.run.steps.map(|steps| steps as u64);
+        progress.message(&how_it_ended(&ended, &last, (options, most_steps), stop, wall));
         let lines = crate::analyse::present(folder, progress)?;
         if let Some(report) = options.report {
             let undone = |error: &dyn std::fmt::Display| CommandError::Undone(error.to_string());
@@ -397,8 +399,14 @@ impl Launch<'_> {
     }
 }
 
-/// Message on what stopped a run, and where: `last` is the last step that was reported.
-fn how_it_ended(ended: &Ending, last: &StepLine, options: &RunOptions, stop: &Stop, wall: Real) -> String {
+/// Message on what stopped a run, and where: `last` is the last step that was reported, `most_steps` are those of its case.
+fn how_it_ended(
+    ended: &Ending,
+    last: &StepLine,
+    (options, most_steps): (&RunOptions, Option<u64>),
+    stop: &Stop,
+    wall: Real,
+) -> String {
     // Before the flow its time and steps are zero.
     let before = ended.status != Status::Finished && !["", "flow"].contains(&last.phase);
     let place = if before {
@@ -410,6 +418,9 @@ fn how_it_ended(ended: &Ending, last: &StepLine, options: &RunOptions, stop: &St
     match (ended.status, stop.cause(), options.steps) {
         (Status::Finished, _, _) => format!("finished {place}"),
         (_, Some(cause), _) if ended.interrupted => format!("stopped by {cause} {place}; a checkpoint was written"),
+        _ if most_steps.is_some_and(|most| ended.steps >= most) => {
+            format!("stopped by `run.steps` of the case {place}")
+        }
         (_, _, Some(steps)) => format!("stopped after {steps} steps, as asked, {place}"),
         _ => format!("stopped at the time that was asked {place}"),
     }
@@ -507,7 +518,7 @@ mod tests {
         let last = StepLine { phase: "packing", step: 1234, time: 0.02468, ..StepLine::default() };
         let stop = Stop::new();
         stop.set(StopCause::Interrupt);
-        let told = |last: &StepLine| how_it_ended(&ended, last, &RunOptions::default(), &stop, 60.0);
+        let told = |last: &StepLine| how_it_ended(&ended, last, (&RunOptions::default(), None), &stop, 60.0);
         assert!(told(&last).contains("in the phase `packing` at its step 1234, time 2.468000e-2 s"), "{}", told(&last));
         // Negative control: the flow counts by itself.
         assert!(told(&StepLine { phase: "flow", ..last }).contains("at step 0, time 0.000000e0 s"));

@@ -36,7 +36,7 @@ pub struct Population {
     /// Seed of random places, orientations and sizes.
     #[key(default = 1)]
     pub seed: u64,
-    /// Motion of the grains; `prescribed` is for lists and lattices only.
+    /// Motion of the grains; `prescribed` is for lists and lattices only. Two grains that forces do not move have no contact.
     #[key(word, shared, default = Motion::Free)]
     pub motion: Motion,
     /// Time at which the grains begin to move; until then they are held where they are put, at rest. For lists and lattices of

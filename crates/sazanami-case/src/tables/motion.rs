@@ -36,11 +36,12 @@ pub(super) struct MotionKeys {
     #[key(unit = "rad")]
     phase: Option<Real>,
     /// Rise from rest, `r = 3 s^2 - 2 s^3` with `s = t/ramp`. Without it water and grains begin with the speed they
-    /// have against the box.
+    /// have against the box; velocities that are given are then those against the laboratory, grains that are held move with the box.
     #[key(unit = "s", range = NonNegative, says = "one period",
           paper_literal = (Tazaki, 0.0, "Tazaki et al. give the motion without a rise"))]
     ramp: Option<Real>,
-    /// A table `t_s,x_m` instead of the formula, joined by a natural cubic spline.
+    /// A table `t_s,x_m` instead of the formula, joined by a cubic spline: level at an end at which the record is at rest, without
+    /// acceleration at one at which it moves. Where it moves at the start water and grains begin as without `ramp`.
     file: Option<PathBuf>,
     /// Direction of the motion in that file.
     #[key(word, default = Direction::X1, omit_if = self.file.is_none())]

@@ -273,6 +273,22 @@ fn memory_that_is_refused_ends_by_name() {
 }
 
 #[test]
+fn files_that_may_not_grow_end_a_run_with_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("long.toml"), LONG).unwrap();
+    let ended = |limit: &str, out: &str| {
+        shell(folder.path(), &format!("ulimit -f {limit}; $S run long.toml --steps 1 --threads 1 --out {out}"))
+    };
+    let refused = ended("8", "small");
+    let printed = text(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(1), "{printed}");
+    assert!(printed.contains("error: ") && printed.contains("File too large"), "{printed}");
+    // Negative control: with room for its files the run ends well.
+    let good = ended("unlimited", "large");
+    assert_eq!(good.status.code(), Some(0), "{}", text(&good.stderr));
+}
+
+#[test]
 fn an_abort_with_another_cause_is_not_taken_for_a_lack_of_memory() {
     let folder = tempfile::tempdir().unwrap();
     let mut run = live_run(folder.path());

@@ -71,6 +71,22 @@ impl Engine {
         self.refresh_ghosts(domain);
     }
 
+    /// Adds `velocity` [m/s] to that of each own grain that forces move, and updates the ghosts. Collective.
+    pub fn add_velocity(&mut self, domain: &Domain, velocity: Vector) {
+        let Self { grains, poses, .. } = self;
+        let Grains { velocity: all, motion, owned, .. } = grains;
+        let columns = (&mut all[..*owned], &mut poses[..*owned]);
+        for_each_chunk(columns, ROWS, |number, (all, poses)| {
+            for ((own, pose), motion) in all.iter_mut().zip(poses).zip(&motion[number * ROWS..]) {
+                if *motion == Motion::Free {
+                    *own += velocity;
+                    pose.velocity = *own;
+                }
+            }
+        });
+        self.refresh_ghosts(domain);
+    }
+
     /// Multiplies all velocities by `factor` or less, so that neither the speed of a grain's centre nor that of its
     /// farthest contact sphere about it exceeds `limit` [m/s].
     pub fn limit_speeds(&mut self, domain: &Domain, limit: Real, factor: Real) {

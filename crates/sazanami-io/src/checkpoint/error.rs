@@ -19,7 +19,7 @@ pub enum CheckpointError {
         source: io::Error,
     },
     /// The file system refused.
-    #[error("cannot read checkpoint {path}: {source}", path = path.display())]
+    #[error("cannot read {path}: {source}", path = path.display())]
     Read {
         /// File to be read.
         path: PathBuf,

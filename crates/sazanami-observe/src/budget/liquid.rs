@@ -3,8 +3,6 @@
 use sazanami_numerics::Real;
 use sazanami_numerics::snapshot::{Snapshot, SnapshotError};
 
-use super::total::relative;
-
 /// Liquid volume at one time, and its sources since the start [m^3].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LiquidVolume {
@@ -25,6 +23,11 @@ pub struct LiquidBudget {
     now: LiquidVolume,
 }
 
+/// Change over scale; none where the scale is not positive.
+fn share(change: Real, scale: Real) -> Option<Real> {
+    (scale > 0.0).then(|| change / scale)
+}
+
 impl LiquidBudget {
     /// Starts with the volumes at the beginning of the run.
     #[must_use]
@@ -38,19 +41,19 @@ impl LiquidBudget {
     }
 
     /// Change of the transported volume that open sides do not explain, relative to the volume at the
-    /// start (or the inflow, if that is more); clipping is included.
+    /// start (or the inflow, if that is more); clipping is included. None where there has been no liquid.
     #[must_use]
-    pub fn relative_change(&self) -> Real {
+    pub fn relative_change(&self) -> Option<Real> {
         let inflow = self.now.through_open_sides - self.initial.through_open_sides;
         let change = self.now.transported - self.initial.transported - inflow;
-        relative(change, self.initial.transported.max(inflow))
+        share(change, self.initial.transported.max(inflow))
     }
 
     /// Relative change of the liquid volume outside grains.
     #[must_use]
-    pub fn wet_relative_change(&self) -> Real {
+    pub fn wet_relative_change(&self) -> Option<Real> {
         let inflow = self.now.through_open_sides - self.initial.through_open_sides;
-        relative(self.now.wet - self.initial.wet - inflow, self.initial.wet.max(inflow))
+        share(self.now.wet - self.initial.wet - inflow, self.initial.wet.max(inflow))
     }
 
     /// Writes the state into a snapshot.
@@ -95,7 +98,10 @@ mod tests {
     fn inflow_is_not_a_loss_of_liquid() {
         let mut budget = LiquidBudget::new(LiquidVolume { transported: 2.0, wet: 2.0, ..Default::default() });
         budget.set(LiquidVolume { transported: 3.0, wet: 2.9, through_open_sides: 1.0, clipped: 0.0 });
-        assert_eq!(budget.relative_change(), 0.0);
-        assert!((budget.wet_relative_change() + 0.05).abs() < 1e-15);
+        assert_eq!(budget.relative_change(), Some(0.0));
+        assert!((budget.wet_relative_change().unwrap() + 0.05).abs() < 1e-15);
+        // Where there is no liquid nothing is kept.
+        let dry = LiquidBudget::new(LiquidVolume::default());
+        assert_eq!((dry.relative_change(), dry.wet_relative_change()), (None, None));
     }
 }

@@ -16,6 +16,7 @@ use sazanami_numerics::geometry::{RegionFractions, Shape};
 use sazanami_numerics::mean_flow::MeanFlow;
 use sazanami_numerics::{Real, Vector};
 
+use super::shared;
 use crate::case::meaning::{
     Case, Exchange, FluidName, LiquidRegion, Placement, Population, PressureForm, Solver, StepChoice,
 };
@@ -83,7 +84,8 @@ pub fn settings(case: &Case) -> GridSettings {
 }
 
 /// The solver of a case at its start: the liquids poured over a bed whose highest point near the axis is at `bed_height` \[m], and the
-/// grains of `engine`, of these shapes; where grains come or leave, the engine has gone through [`super::grains::expecting`].
+/// grains of `engine`, of these shapes; gas, liquid and free grains with the velocity that they have against a box which begins with a speed.
+/// Where grains come or leave, the engine has gone through [`super::grains::expecting`].
 ///
 /// # Errors
 /// [`StepError`] if the fluid at the start is none that steps can go on from, on this rank or another.
@@ -91,12 +93,16 @@ pub fn solver(
     case: &Case,
     boundary: Boundary,
     domain: Domain,
-    engine: Engine,
+    mut engine: Engine,
     shapes: Arc<[Shape]>,
     bed_height: Real,
 ) -> Result<solver::Solver, StepError> {
     let mut flow = flow(case, &domain);
     pour(case, &domain, &boundary, &mut flow, bed_height);
+    if let Some(velocity) = shared::set_off(case) {
+        flow.add_velocity(&domain, &boundary, |_| velocity);
+        engine.add_velocity(&domain, velocity);
+    }
     let tension = surface_tension(case, &domain, &boundary);
     let mut solver = solver::Solver::waiting(domain, boundary, settings(case), flow, engine, shapes, case.coupling);
     solver.start(case.mean_flow().map(MeanFlow::new), case.force_by_volume([0.0; 2]))?;

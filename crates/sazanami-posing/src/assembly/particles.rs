@@ -1,6 +1,6 @@
 //! Water as moving particles: tank, scheme, coupling, and the fluid where it begins.
 
-use sazanami_dem::{Body, Engine, Motion, Setup};
+use sazanami_dem::{Body, Engine, Setup};
 use sazanami_mps::filling;
 use sazanami_mps::grains::{AddedMass, DragParameters, Forchheimer, OverlapSettings, OverlappingGrains};
 use sazanami_mps::pouring;
@@ -14,7 +14,7 @@ use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{Reduction, for_each_chunk};
 
-use super::{fluid, grains};
+use super::{fluid, grains, shared};
 use crate::case::meaning::{BoxDomain, Case, FluidName, Gate, GrainShape, InitialVelocity, LiquidRegion, Population};
 
 /// Cells of the division into ranks, over the radius of influence.
@@ -135,27 +135,12 @@ pub fn poured(case: &Case, domain: Domain, engine: Engine, bed_height: Real) -> 
     solver(case, domain, &fluid, grains, bed_height)
 }
 
-/// Gives fluid and grains at rest the velocity that they have against a tank which begins with a speed.
+/// Gives fluid and free grains the velocity that they have against a tank which begins with a speed.
 pub fn set_off(case: &Case, solver: &mut Solver) {
-    let velocity = initial_velocity(case);
-    if velocity == Vector::ZERO {
-        return;
-    }
+    let Some(velocity) = shared::set_off(case) else { return };
     solver.set_velocities(|particles, a| particles.velocity[a] + velocity);
     let (engine, domain) = solver.engine_mut();
-    for g in 0..engine.grains().owned() {
-        if engine.grains().motion[g] != Motion::Free {
-            continue;
-        }
-        let (before, spin) = (engine.grains().velocity[g], engine.grains().angular_velocity(g));
-        engine.set_velocity(g, before + velocity, spin);
-    }
-    engine.refresh_ghosts(domain);
-}
-
-/// Velocity that fluid and grains at rest have in the frame of a tank that begins with a speed [m/s].
-fn initial_velocity(case: &Case) -> Vector {
-    if case.walls_move() { Vector::ZERO } else { -case.tank_at(0.0)[1] }
+    engine.add_velocity(domain, velocity);
 }
 
 /// Highest level of liquid at the start \[m]; the floor without liquid.

@@ -6,6 +6,12 @@ use super::{CheckReport, CostModel, Size, bytes, particles};
 use crate::case::meaning::{Case, Probe, ProbePlace, Schedule};
 use crate::case::{Diagnostics, LoadedCase};
 
+/// The report without its charts, and a row of the series in them, of which they hold so many \[bytes].
+const REPORT: Real = 1.3e5;
+const ROW_OF_CHARTS: Real = 500.0;
+const ROWS_OF_CHARTS: Real = 2000.0;
+/// Case, log and summary \[bytes].
+const SMALL_FILES: Real = 1e4;
 /// The pictures of a time on disk \[bytes].
 const PICTURES: Real = 1.5e6;
 /// A row of the series on disk \[bytes].
@@ -21,8 +27,11 @@ const VALUE_OF_GRAIN: Real = 6.0;
 /// Addition of a value to the surface of a grain, whose corners all have it \[bytes].
 const MESH_OF_VALUE: Real = 20.0;
 
-/// Results on disk by key of `[output]` \[bytes], and the checkpoints kept.
-pub(super) fn disk(case: &Case, size: &Size, [steps, dt]: [Real; 2], model: &CostModel) -> [(&'static str, Real); 6] {
+/// Name of what every run writes among the results: case, log, summary and report.
+const ALWAYS: &str = "always";
+
+/// Results on disk by key of `[output]` \[bytes], the checkpoints kept, and what every run writes.
+pub(super) fn disk(case: &Case, size: &Size, [steps, dt]: [Real; 2], model: &CostModel) -> [(&'static str, Real); 7] {
     let outputs = &case.output;
     let (elements, element) = match particles::report(case, &[]) {
         Some(particles) => (particles.fluid, model.disk_point),
@@ -43,6 +52,7 @@ pub(super) fn disk(case: &Case, size: &Size, [steps, dt]: [Real; 2], model: &Cos
         ("series", times(&outputs.series) * (ROW + profiles(case))),
         ("probe", probes),
         ("checkpoint", (case.checkpoint.keep + 1) as Real * state),
+        (ALWAYS, SMALL_FILES + REPORT + ROW_OF_CHARTS * times(&outputs.series).min(ROWS_OF_CHARTS)),
     ]
 }
 
@@ -60,7 +70,8 @@ pub(super) fn points(probe: &Probe) -> Real {
 /// Warns of results that do not fit onto the disk, of which `available` bytes are free, and names what takes most.
 pub fn warn_of_disk(loaded: &LoadedCase, report: &CheckReport, available: Option<u64>, warnings: &mut Diagnostics) {
     let Some(free) = available.map(|free| free as Real).filter(|&free| report.disk_bytes > free) else { return };
-    let Some((most, share)) = report.disk_parts.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) else { return };
+    let parts = report.disk_parts.into_iter().filter(|(name, _)| *name != ALWAYS);
+    let Some((most, share)) = parts.max_by(|a, b| a.1.total_cmp(&b.1)) else { return };
     let span = match most {
         "checkpoint" => loaded.places.of("checkpoint"),
         "probe" => loaded.places.of("probe.0"),

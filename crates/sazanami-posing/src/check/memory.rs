@@ -15,6 +15,8 @@ const FILLED: Real = 0.9;
 const MEMORY_TETRAHEDRON: Real = 1e3;
 /// Memory of a contact sphere of a shape \[bytes].
 const MEMORY_SHAPE_SPHERE: Real = 200.0;
+/// Memory of the program itself, with its stacks \[bytes].
+pub(super) const PROGRAM: Real = 13.0 * 1024.0 * 1024.0;
 /// Address space of the program, and of each of its threads with stack and heap of its own \[bytes].
 const OF_PROGRAM: Real = 270.0 * 1024.0 * 1024.0;
 const OF_THREAD: Real = 140.0 * 1024.0 * 1024.0;
@@ -41,8 +43,20 @@ pub fn memory(case: &Case, model: &CostModel) -> Real {
     packing.max(flow + fluid_memory(case, model)) + observer_memory(case, model)
 }
 
-/// Memory of the observers: erosion profile, exposed grains, lines of probes, pictures \[bytes].
+/// Memory of something that a case observes \[bytes], the key that asks for it, and what makes it smaller.
+struct Observed {
+    bytes: Real,
+    key: &'static str,
+    help: &'static str,
+}
+
+/// Memory of the observers \[bytes].
 fn observer_memory(case: &Case, model: &CostModel) -> Real {
+    observed(case, model).iter().map(|part| part.bytes).sum()
+}
+
+/// What a case observes: erosion profile, exposed grains, lines of probes, pictures.
+fn observed(case: &Case, model: &CostModel) -> [Observed; 4] {
     let erosion = case.erosion.as_ref().map_or(0.0, |erosion| {
         // The smoothing grid is a square round the axis.
         let width = 2.0 * (erosion.r_max / erosion.dx).ceil() + 3.0;
@@ -54,7 +68,13 @@ fn observer_memory(case: &Case, model: &CostModel) -> Real {
         MEMORY_MEAN * (extent.x / pixel).ceil() * (extent.y / pixel).ceil()
     });
     let probes: Real = case.probes.iter().map(|probe| points(probe) * MEMORY_POINT).sum();
-    erosion + exposed + probes + pictures::memory(case, model)
+    let part = |bytes, key, help| Observed { bytes, key, help };
+    [
+        part(erosion, "erosion", "lower `erosion.r_max`, or take larger `erosion.dx` and `erosion.dr`"),
+        part(exposed, "ripples", "leave out `[ripples]`, or take a larger `ripples.grain_size`"),
+        part(probes, "probe", "take fewer `points` of the lines of probes"),
+        part(pictures::memory(case, model), "output.figures", "draw none: `output.figures = { at = [] }`"),
+    ]
 }
 
 /// Memory of the fluids \[bytes].
@@ -121,13 +141,17 @@ pub fn check_memory(loaded: &LoadedCase, machine: &Machine, model: &CostModel, r
     }
     let cells = fluid_memory(case, model);
     let grains = |n: usize| grain_memory(case, &case.grains[n], case.grains[n].grains().unwrap_or(0), model);
-    let observers = observer_memory(case, model);
+    let parts = observed(case, model);
+    let observers: Real = parts.iter().map(|part| part.bytes).sum();
+    let [first, others @ ..] = parts;
+    let largest = others.into_iter().fold(first, |most, part| if part.bytes > most.bytes { part } else { most });
+    let all_grains: Real = (0..case.grains.len()).map(grains).sum();
     if observers > cells.max((0..case.grains.len()).map(grains).fold(0.0, Real::max)) {
-        let written = loaded.places.of("erosion");
+        let written = loaded.places.of(largest.key).or_else(|| loaded.places.of(&format!("{}.0", largest.key)));
         report
-            .error_at(written, "what this case observes is too large for the memory of this machine")
-            .label(format!("it needs about {}, and {} are free", bytes(observers), bytes(available as Real)))
-            .help("lower `erosion.r_max` or the points of a probe, or take larger `erosion.dx` and `erosion.dr`");
+            .error_at(written, format!("`{}` is too large for the memory of this machine", largest.key))
+            .label(format!("it needs about {}, and {} are free", bytes(largest.bytes), bytes(available as Real)))
+            .help(largest.help);
         return;
     }
     let heaviest = (0..case.grains.len()).max_by(|&a, &b| grains(a).total_cmp(&grains(b)));
@@ -164,7 +188,13 @@ pub fn check_memory(loaded: &LoadedCase, machine: &Machine, model: &CostModel, r
                 per_cell(case, model),
             ) {
                 Some([a, b, c]) => format!("[{a}, {b}, {c}] fits"),
-                None => format!("the grains need {} by themselves: take fewer as well", bytes(needed - cells)),
+                None if all_grains > observers => {
+                    format!("the grains need {} by themselves: take fewer as well", bytes(all_grains))
+                }
+                None if observers > 0.0 => {
+                    format!("`{}` needs {} by itself as well: {}", largest.key, bytes(largest.bytes), largest.help)
+                }
+                None => "no box fits".to_owned(),
             };
             report.error_at(loaded.places.of("domain.cells"), title).label(label).help(help);
         }

@@ -164,7 +164,7 @@ pub struct CheckReport {
     pub disk_bytes: Real,
     /// The same by what is written.
     #[serde(skip)]
-    pub disk_parts: [(&'static str, Real); 6],
+    pub disk_parts: [(&'static str, Real); 7],
     /// Disk that is free \[bytes].
     pub disk_available: Option<u64>,
     /// Wall-clock time by part on this machine \[s].

@@ -247,6 +247,10 @@ impl Reader<'_> {
             let single = |list: &Vec<Setting>| list.iter().map(|value| vec![value.clone()]).collect();
             let values = keys.iter().filter_map(|key| match &key.choices {
                 Choices::Values(list) => Some(single(list)),
+                // Integers of a range may be fewer than its values.
+                Choices::Between(between) if between.is_integer && between.count.is_some() => {
+                    Some(points::of(std::slice::from_ref(key), Design::Product))
+                }
                 Choices::Between(_) => None,
             });
             values.collect()
@@ -277,7 +281,8 @@ impl Reader<'_> {
                 .label(format!("`{other}`, and `from` has `{unit}`"));
         }
         if unit == other && a >= b {
-            self.report.error(to.span(), "the range is empty").label(format!("`to` lies above `from`, {a} {unit}"));
+            let from = format!("`to` has to lie above `from`, {a} {unit}");
+            self.report.error(to.span(), "the range is empty").label(from.trim_end());
         }
         let mut is_logarithmic = false;
         if let Some(scale) = table.get("scale") {
@@ -297,7 +302,10 @@ impl Reader<'_> {
                 _ => drop(self.report.error(value.span(), "`integers` is true or false")),
             }
         }
-        let count = table.get("count").and_then(|value| self.count(value, "count", 2));
+        let count = match table.get("count") {
+            Some(value) => Some(self.count(value, "count", 2)?),
+            None => None,
+        };
         let has_integer_ends = ends[0].2 && ends[1].2;
         let ends = [*a, *b];
         Some(Between { ends, unit: unit.clone(), count, is_logarithmic, is_integer, has_integer_ends, span })

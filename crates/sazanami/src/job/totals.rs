@@ -162,6 +162,7 @@ impl Totals {
         self.corrections.deep_contacts += contacts.deep_contacts;
         let deepest = &mut self.worst.packing_overlap_relative;
         *deepest = deepest.max(contacts.largest_overlap);
+        self.contacts = [contacts.pairs, contacts.contacts];
     }
 
     /// Adds what a step of the flow did with whatever water: contacts, and iterations of the pressure solver.

@@ -450,6 +450,12 @@ impl<'a, B: Observer> Recorder<'a, B> {
     /// Writes a checkpoint and the summary. `time` is that of the clock that runs, of the flow or of the grains before
     /// it \[s]; `state` holds its phase and step.
     fn save(&mut self, domain: &Domain, mut snapshot: Snapshot, time: Real, state: RunState) -> Result<(), RankError> {
+        // A run that goes on from a checkpoint does not draw what was due before it. Whoever stops a run may not wait for pictures.
+        if !self.job.stop.is_set() {
+            let phase = self.watch.phase();
+            self.finish_drawing();
+            self.watch.turn(phase);
+        }
         self.watch.empty_into(&mut self.totals);
         snapshot.put_reals(CLOCK, vec![time]);
         self.last_checkpoint = Instant::now();

@@ -47,8 +47,8 @@ pub(super) const COUNTS: &[Field<Counts>] = quantities! {
     "fluid_particles", "", "moving particles of fluid" => |counts| json!(counts.fluid_particles);
     "grains", "", "grains" => |counts| json!(counts.grains);
     "contact_spheres", "", "contact spheres of all grains" => |counts| json!(counts.contact_spheres);
-    "contacts", "", "touching pairs of contact spheres in the last step" => |counts| json!(counts.contacts[1]);
-    "contact_pairs", "", "pairs of touching grains in the last step" => |counts| json!(counts.contacts[0]);
+    "contacts", "", "touching pairs of contact spheres in the last step, of the packing where none followed" => |counts| json!(counts.contacts[1]);
+    "contact_pairs", "", "pairs of touching grains in the last step, of the packing where none followed" => |counts| json!(counts.contacts[0]);
 };
 
 /// Writes the summary, all at once.

@@ -22,7 +22,9 @@ fn vortices_lose_what_viscosity_takes() {
         let left = ran(text, overrides, &scratch.join(name), On::threads(2));
         let energy = left.column("kinetic_energy_fluid");
         let probe = left.probe("middle");
-        let pressures: Vec<Real> = (0..8).flat_map(|n| probe.column(&format!("pressure_at_{n}"))).collect();
+        // At the start no step has solved for a pressure.
+        let pressures: Vec<Real> =
+            (0..8).flat_map(|n| probe.column(&format!("pressure_at_{n}")).into_iter().skip(1)).collect();
         assert!(pressures.len() > 500 && pressures.iter().all(|p| p.is_finite()), "{name}: {pressures:?}");
         let largest = pressures.iter().fold(0.0, |most: Real, p| most.max(p.abs()));
         assert!(energy.windows(2).all(|pair| pair[1] <= pair[0] * (1.0 + 1e-9)), "{name}: {energy:?}");

@@ -332,3 +332,87 @@ fn a_start_within_a_step_leaves_the_water_where_it_was() {
         assert!((middle.x * step - reached.x).abs() > 0.02 * reached.x.abs(), "{solver}: {middle} {reached}");
     }
 }
+
+/// A bead that is free and one that is held, dry, in a box that swings.
+const BEADS: &str = include_str!("../cases/driven-beads.toml");
+
+#[test]
+fn what_is_at_rest_stays_where_it_was_when_the_box_begins_with_a_speed() {
+    let scratch = Scratch::new("begun");
+    let record = |name: &str, place: &dyn Fn(Real) -> Real| {
+        let rows = (0..=50).map(|n| 0.02 * Real::from(n)).map(|t| format!("{t},{}\n", place(t)));
+        let path = scratch.join(name);
+        std::fs::write(&path, std::iter::once("t_s,x_m\n".to_owned()).chain(rows).collect::<String>()).unwrap();
+        format!("frame.motion={{ file = \"{}\" }}", path.display())
+    };
+    let turn = 2.0 * std::f64::consts::PI * 2.0;
+    let resting = record("resting.csv", &|t| 0.03 * (0.5 * turn * t).sin().powi(2));
+    let moving = record("moving.csv", &|t| 5e-3 * (turn * t).sin());
+    let sudden = "frame.motion.ramp=0 s";
+    // The motion, and the speed with which water and a free bead begin in the box: what they have is that of the box, negative.
+    for (name, motion, expected) in [
+        ("formula", sudden, -5e-3 * turn),
+        ("moving", &moving, -5e-3 * turn),
+        ("resting", &resting, 0.0),
+        // Negative control: a box that rises from rest gives them no speed at the start.
+        ("ramp", "frame.motion.ramp=0.1 s", 0.0),
+    ] {
+        for solver in ["mics", "mps"] {
+            let word = format!("solver={solver}");
+            let of = |text: &str, what: &str| {
+                let case = load(text, &[&word, motion]);
+                let folder = scratch.join(&format!("{name}-{what}-{solver}"));
+                start(&case, &folder, On::threads(2)).unwrap_or_else(|error| panic!("{error}"));
+                let left = Left::in_folder(&folder);
+                let probe = left.probe(what);
+                for (time, speed) in probe.column("time").into_iter().zip(probe.column("velocity_1")) {
+                    let there = -case.case.tank_at(time)[1].x;
+                    assert!((speed - there).abs() < 0.01 * 0.0628, "{name} {what} {solver}, {time}: {speed} {there}");
+                }
+                let first = probe.column("velocity_1")[0];
+                assert!((first - expected).abs() < 1e-3 * 0.0628, "{name} {what} {solver}: {first} {expected}");
+                left
+            };
+            of(JERKED, "water");
+            let left = of(BEADS, "free");
+            // What is held goes with the box.
+            assert!(left.probe("held").column("velocity_1").iter().all(|speed| *speed == 0.0), "{name} {solver}");
+            if solver == "mics" {
+                let residual = left.summary["conservation"]["momentum_residual_relative"].as_f64();
+                assert!(residual.is_some_and(|residual| residual < 1e-6), "{name}: {residual:?}");
+                // Without liquid there is no volume of it.
+                assert!(left.summary["conservation"]["liquid_volume_relative_change"].is_null(), "{name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn velocities_of_a_box_that_begins_with_a_speed_are_those_of_the_laboratory() {
+    let scratch = Scratch::new("begun-given");
+    let speed = 5e-3 * 2.0 * std::f64::consts::PI * 2.0;
+    for solver in ["mics", "mps"] {
+        let word = format!("solver={solver}");
+        let given = "fluid.initial_velocity.uniform={ velocity = [\"0.2 m/s\", \"0 m/s\", \"0 m/s\"] }";
+        let first = |name: &str, more: &[&str]| {
+            let words = [&[&word, "frame.motion.ramp=0 s", "run.until=10 ms"], more].concat();
+            let left = ran(JERKED, &words, &scratch.join(&format!("{solver}-{name}")), On::threads(1));
+            left.probe("water").column("velocity_1")[0]
+        };
+        let (with, without) = (first("given", &[given]), first("none", &[]));
+        assert!(
+            (with - (0.2 - speed)).abs() < 1e-3 * speed && (without + speed).abs() < 1e-3 * speed,
+            "{with} {without}"
+        );
+        // Written as seen from the laboratory it is what was given.
+        let seen = first("seen", &[given, "output.frame=laboratory"]);
+        assert!((seen - 0.2).abs() < 1e-3 * speed, "{solver}: {seen}");
+    }
+    // A run that goes on from its checkpoint does not begin again.
+    let (whole, parts) = (scratch.join("whole"), scratch.join("parts"));
+    let overrides = ["solver=mics", "frame.motion.ramp=0 s", "run.until=10 ms"];
+    let left = ran(JERKED, &overrides, &whole, On::threads(1));
+    ran(JERKED, &overrides, &parts, On { steps: Some(2), ..On::threads(1) });
+    go_on(&parts, On::threads(1)).0.unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(Left::in_folder(&parts).summary["state_hash"], left.summary["state_hash"]);
+}

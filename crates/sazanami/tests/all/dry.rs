@@ -111,3 +111,30 @@ fn a_dry_bed_in_a_box_that_swings_slowly_and_far_has_no_flow_over_it() {
     let left = ran(&text, &overrides, &folder.join("run"), On::threads(1));
     assert!(left.summary["observables"]["ripples"]["flow"].is_null(), "{}", left.summary["observables"]);
 }
+
+#[test]
+fn what_a_tank_does_not_have_is_left_empty() {
+    let folder = Scratch::new("dry-empty");
+    let probe = "[[probe]]\nname = \"floor\"\npoint = [\"5 mm\", \"5 mm\", \"0.5 mm\"]\nsteps = 1\n";
+    let short = ["run.until=0.5 ms", "preparation.relax_steps=0", "preparation.settle=0 s"];
+    let dry = ran(&format!("{TANK}{probe}"), &short, &folder.join("dry"), On::threads(1));
+    // Without liquid neither its volume nor its momentum is kept or lost.
+    for name in ["liquid_volume_relative_change", "fluid_bulk_volume_relative_change", "momentum_residual_relative"] {
+        assert!(dry.summary["conservation"][name].is_null(), "{name}: {}", dry.summary["conservation"]);
+    }
+    assert!(dry.column("bulk_volume_relative_change").iter().all(|change| change.is_nan()));
+    // Water has a pressure once a step has solved for it; its velocity is known before.
+    let wet = |name: &str, change: &str| {
+        let changes = [&short[..], &[change]].concat();
+        ran(&format!("{TANK}{WATER}{probe}"), &changes, &folder.join(name), On::threads(1))
+    };
+    let left = wet("wet", "preparation.cache=false");
+    assert!(left.last("bulk_volume_relative_change").abs() < 1e-2);
+    let (pressure, speed) = (left.probe("floor").column("pressure"), left.probe("floor").column("velocity_3"));
+    assert!(pressure[0].is_nan() && speed[0] == 0.0, "{pressure:?} {speed:?}");
+    assert!(pressure[1..].iter().all(|pressure| (pressure / 24.5 - 1.0).abs() < 0.5), "{pressure:?}");
+    // Negative control: where the water came to rest before, its pressure is known.
+    let rested = wet("rested", "preparation={ relax_steps = 5, must_rest = false, cache = false }");
+    let first = rested.probe("floor").column("pressure")[0];
+    assert!((first / 24.5 - 1.0).abs() < 0.5, "{first}");
+}

@@ -2,9 +2,11 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::time::Duration;
 
+use sazanami::artist::{Artist, Figure, NotDrawn};
 use sazanami::error::{CommandError, Failure, exit};
 use sazanami::run::{self, RunOptions, RunSummary, Status};
 use sazanami::stop::{Stop, StopCause};
@@ -222,6 +224,35 @@ fn without_an_artist_a_run_says_that_there_are_no_pictures() {
     assert_eq!(said("without", RunOptions { artist: None, ..with.clone() }), (1, 0));
     let (messages, pictures) = said("with", with);
     assert!(messages == 0 && pictures > 3, "{messages} {pictures}");
+}
+
+/// Takes its time, and counts the checkpoints that are there before a picture is.
+#[derive(Debug)]
+struct Slow;
+
+static DRAWN: AtomicUsize = AtomicUsize::new(0);
+static BEFORE_DRAWN: AtomicUsize = AtomicUsize::new(0);
+
+impl Artist for Slow {
+    fn draw(&self, _: &Figure, path: &Path) -> Result<(), NotDrawn> {
+        std::thread::sleep(Duration::from_millis(50));
+        let run = path.parent().and_then(Path::parent).expect("pictures have a folder in that of the run");
+        BEFORE_DRAWN.fetch_max(std::fs::read_dir(run.join("checkpoints"))?.count(), Ordering::SeqCst);
+        DRAWN.fetch_add(1, Ordering::SeqCst);
+        Ok(std::fs::write(path, "a picture")?)
+    }
+}
+
+#[test]
+fn pictures_are_drawn_before_the_checkpoint_after_them() {
+    let folder = Scratch::new("failures-drawn").join("run");
+    let loaded = load(THROWN, &["output.figures={ steps = 1 }"]);
+    let options = On::threads(1).steps(2).options(Some(&folder));
+    heard(&loaded, &RunOptions { artist: Some(&Slow), ..options });
+    assert!(DRAWN.load(Ordering::SeqCst) > 3, "they were drawn");
+    assert_eq!(BEFORE_DRAWN.load(Ordering::SeqCst), 0, "a checkpoint was there before the pictures up to it");
+    // Negative control: the run did write one.
+    assert_eq!(std::fs::read_dir(folder.join("checkpoints")).unwrap().count(), 1);
 }
 
 #[test]

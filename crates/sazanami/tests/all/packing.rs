@@ -159,10 +159,20 @@ fn a_levelled_bed_on_a_grid_is_flat_and_comes_to_rest_again() {
         let options = On::threads(2).options(Some(&folder));
         heard(&load(BED, &[&level, "run.packing_only=true"]), &options).messages
     };
+    let counts = |folder: &str| {
+        let counts = Left::in_folder(&scratch.join(folder)).summary["counts"].clone();
+        ["contacts", "contact_pairs"].map(|name| counts[name].as_u64().unwrap_or_default())
+    };
     let tells = |messages: &[String], words: &str| messages.iter().any(|message| message.contains(words));
     let taken = said("2.4 mm");
     assert!(tells(&taken, "of 300 grains are taken away") && !tells(&taken, "takes nothing away"), "{taken:?}");
     assert!(tells(&said("5.5 mm"), "takes nothing away"));
+    // Grains of a bed touch each other, which its summary says.
+    assert!(
+        counts("packed-5.5 mm").iter().all(|contacts| (300..3000).contains(contacts)),
+        "{:?}",
+        counts("packed-5.5 mm")
+    );
     // Grains that still fall are with the rank in whose part they lie: none is lost between ranks.
     let falling = scratch.join("falling");
     let changes = [LEVEL, "grains.0.placement.packed.stop=time_only"];

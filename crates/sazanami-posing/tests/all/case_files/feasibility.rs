@@ -259,6 +259,30 @@ fn memory_is_refused_with_what_would_fit() {
 }
 
 #[test]
+fn what_takes_the_memory_is_named() {
+    let text = format!("{SMALL}{PACKED}");
+    let refused = |changes: &[&str], available: u64| {
+        let (found, feasible) = feasibility(&text, changes, available);
+        assert!(feasible.is_none() && found.len() == 1, "{found:#?}");
+        found[0].clone()
+    };
+    let pictures = "output.figures={ at = [\"0 s\"] }";
+    let line = "probe=[{ name = \"l\", line = { from = [\"0.2 mm\", \"0.5 mm\", \"1 mm\"], to = [\"0.8 mm\", \"0.5 mm\", \"1 mm\"], points = 10000 }, steps = 1 }]";
+    let none = "output.figures={ at = [] }";
+    let found = refused(&[pictures, "grains.0.count=1"], 60 << 20);
+    assert!(found.contains("`output.figures` is too large") && !found.contains("erosion"), "{found}");
+    let found = refused(&[line, none, "grains.0.count=1"], 8 << 20);
+    assert!(found.contains("`probe` is too large") && !found.contains("figures"), "{found}");
+    // Beside a box that is too large by itself it is what leaves no room for a smaller one.
+    let large = "domain.cells=[2000, 2000, 2000]";
+    let found = refused(&[pictures, "grains.0.count=1", large], 60 << 20);
+    assert!(found.contains("`output.figures` needs") && !found.contains("the grains need"), "{found}");
+    // Negative control: grains that do so are named.
+    let found = refused(&[none, "grains.0.count=100000", large], 10 << 20);
+    assert!(found.contains("the grains need"), "{found}");
+}
+
+#[test]
 fn memory_of_surfaces_is_counted() {
     let text = format!("{SMALL}{PACKED}");
     let memory = |changes: &[&str]| {

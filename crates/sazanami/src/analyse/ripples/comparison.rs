@@ -62,6 +62,9 @@ const COLUMNS: [Column; 8] = [
     }),
 ];
 
+/// Columns of what is measured of a bed.
+const OF_BED: std::ops::Range<usize> = 2..7;
+
 impl Column {
     fn text(&self, value: Option<Real>) -> String {
         let Self { factor, digits, .. } = *self;
@@ -118,7 +121,10 @@ pub(in crate::analyse) fn several(
 ) -> Result<Vec<String>, CommandError> {
     let runs = folders.iter().map(|folder| named(folder)).collect::<Result<Vec<_>, _>>()?;
     let rows: Vec<Row> = runs.iter().map(Row::of).collect();
-    write(&rows, out, output)?;
+    // Where no run has a bed there are no ripples to compare.
+    if rows.iter().any(|row| row.values[OF_BED].iter().any(Option::is_some)) {
+        write(&rows, out, output)?;
+    }
     let heading = |n: usize| ["run", "status"].get(n).copied().unwrap_or_else(|| COLUMNS[n - 2].heading);
     let header: [String; COLUMNS.len() + 2] = std::array::from_fn(|n| heading(n).to_owned());
     Ok(aligned(&header, &rows.iter().map(Row::text).collect::<Vec<_>>()))

@@ -28,8 +28,8 @@ pub(crate) struct Findings {
     pub floor: Real,
     pub splash: Option<Splash>,
     pub soaked: Option<Soaked>,
-    pub liquid_relative_change: Real,
-    pub wet_relative_change: Real,
+    pub liquid_relative_change: Option<Real>,
+    pub wet_relative_change: Option<Real>,
 }
 
 impl Findings {

@@ -108,6 +108,8 @@ pub(crate) struct ParticleObserver {
     gathered_at: Option<Real>,
     /// Bulk volume of the fluid at the start [m^3].
     first_volume: Real,
+    /// Whether a step has solved for the pressure, of this run or of its preparation.
+    has_pressure: bool,
     water: SurfaceProfile,
     /// Highest level of the water at any measurement \[m], if there was any.
     highest: Option<Real>,
@@ -221,6 +223,7 @@ impl Observer for ParticleObserver {
             gathered: GatheredTank::default(),
             gathered_at: None,
             first_volume: 0.0,
+            has_pressure: job.case.preparation.relax_steps > 0 || job.case.preparation.settle > 0.0,
             water: SurfaceProfile { start: 0.0, spacing: 1.0, heights: Vec::new() },
             highest: None,
             rim: job.case.particles.as_ref().and_then(|p| Rim::of(job.case, p.radius * p.spacing)),
@@ -236,6 +239,7 @@ impl Observer for ParticleObserver {
     fn begin(&mut self, job: &Job, grains: &mut GatheredGrains, water: &mut Solver) -> Result<(), RankError> {
         match job.resumed.as_ref().filter(|state| state.run.flows()) {
             Some(state) => {
+                self.has_pressure |= state.run.step > 0;
                 self.first_volume = state.snapshot.reals_of(INITIAL, 1)?[0];
                 // Checkpoints of earlier versions do not have it.
                 self.highest = state.snapshot.reals(HIGHEST).ok().and_then(|level| level.first().copied());
@@ -255,6 +259,7 @@ impl Observer for ParticleObserver {
 
     fn add(&mut self, &DoneStep { dt, report, .. }: &DoneStep<'_, Solver>, totals: &mut Totals) {
         totals.fluid_passes += 1;
+        self.has_pressure = true;
         let worst = &mut totals.worst;
         worst.cfl = worst.cfl.max(report.largest_speed * dt / self.spacing);
         worst.divergence = worst.divergence.max(report.pressure.residual);
@@ -285,7 +290,7 @@ impl Observer for ParticleObserver {
 
     fn warnings(&self) -> Vec<Warning> {
         let change = self.volume_change();
-        let volume = (change.abs() > 0.01).then(|| Warning {
+        let volume = change.filter(|change| change.abs() > 0.01).map(|change| Warning {
             about: "volume",
             text: format!("the bulk volume of the water has changed by {:+.2} %", 1e2 * change),
         });
@@ -346,7 +351,10 @@ impl Observer for ParticleObserver {
 
     fn probe(&mut self, job: &Job, water: &mut Solver, time: Real, asked: &[bool]) -> Vec<Vec<Value>> {
         self.gather(water, time);
-        if self.gathered.leads { probes::read(job.case, &self.tank, &self.gathered, time, asked) } else { Vec::new() }
+        if !self.gathered.leads {
+            return Vec::new();
+        }
+        probes::read(job.case, &self.tank, (&self.gathered, self.has_pressure), time, asked)
     }
 
     fn summary_parts(&self) -> SummaryParts {
@@ -401,9 +409,9 @@ impl ParticleObserver {
         }
     }
 
-    /// Change of the bulk volume of the fluid, relative to that at the start.
-    fn volume_change(&self) -> Real {
-        if self.first_volume > 0.0 { self.sums.volume / self.first_volume - 1.0 } else { 0.0 }
+    /// Change of the bulk volume of the fluid, relative to that at the start; none where there was none.
+    fn volume_change(&self) -> Option<Real> {
+        (self.first_volume > 0.0).then(|| self.sums.volume / self.first_volume - 1.0)
     }
 
     /// Measures grains and water. All ranks take part.

@@ -15,7 +15,8 @@ use crate::recorder::columns::{GAUGE, ProbeColumns};
 /// State of the fluid at a point.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct AtPoint {
-    pressure: Real,
+    /// None before the first step.
+    pressure: Option<Real>,
     velocity: Vector,
 }
 
@@ -36,7 +37,7 @@ pub(super) const COLUMNS: ProbeColumns<AtPoint, (), OfBody> =
     ProbeColumns { at_point: AT_POINT, through_plane: &[], of_body: OF_BODY };
 
 const AT_POINT: &[Cell<AtPoint>] = quantities! {
-    "pressure", "Pa", "pressure" => |at| at.pressure.into();
+    "pressure", "Pa", "pressure; none before a step has solved for it" => |at| at.pressure.into();
     "velocity_1", "m/s", "velocity of the water along x1" => |at| at.velocity.x.into();
     "velocity_2", "m/s", "along x2" => |at| at.velocity.y.into();
     "velocity_3", "m/s", "along x3" => |at| at.velocity.z.into();
@@ -68,32 +69,33 @@ const OF_BODY: &[Cell<OfBody>] = quantities! {
 struct View<'a> {
     tank: &'a TankInside,
     gathered: &'a GatheredTank,
+    has_pressure: bool,
     /// Surface of the water, once it is asked for.
     surface: OnceCell<SurfaceProfile>,
 }
 
-/// Values of the probes that are `asked`.
+/// Values of the probes that are `asked`, of the water whose pressure is known if it `has_pressure`.
 pub(super) fn read(
     case: &Case,
     tank: &TankInside,
-    gathered: &GatheredTank,
+    (gathered, has_pressure): (&GatheredTank, bool),
     time: Real,
     asked: &[bool],
 ) -> Vec<Vec<Value>> {
-    let view = View { tank, gathered, surface: OnceCell::new() };
+    let view = View { tank, gathered, has_pressure, surface: OnceCell::new() };
     let found =
         |(probe, asked): (&Probe, &bool)| if *asked { measure(case, &view, time, &probe.place) } else { Vec::new() };
     case.probes.iter().zip(asked).map(found).collect()
 }
 
 fn measure(case: &Case, view: &View<'_>, time: Real, place: &ProbePlace) -> Vec<Value> {
-    let &View { tank, gathered, ref surface } = view;
+    let &View { tank, gathered, ref surface, .. } = view;
     match place {
-        ProbePlace::Point(point) => at_points(case, tank, gathered, time, &[*point]),
+        ProbePlace::Point(point) => at_points(case, view, time, &[*point]),
         ProbePlace::Line { from, to, points } => {
             let last = points.saturating_sub(1).max(1) as Real;
             let all: Vec<Vector> = (0..*points).map(|n| *from + (*to - *from) * (n as Real / last)).collect();
-            at_points(case, tank, gathered, time, &all)
+            at_points(case, view, time, &all)
         }
         ProbePlace::Body { population, index } => {
             let number = case.grains.iter().position(|kind| &kind.name == population).unwrap_or_default();
@@ -114,7 +116,8 @@ fn measure(case: &Case, view: &View<'_>, time: Real, place: &ProbePlace) -> Vec<
 }
 
 /// Means over the particles around each point, weighted by their volume and distance; nothing where there are too few.
-fn at_points(case: &Case, tank: &TankInside, gathered: &GatheredTank, time: Real, points: &[Vector]) -> Vec<Value> {
+fn at_points(case: &Case, view: &View<'_>, time: Real, points: &[Vector]) -> Vec<Value> {
+    let &View { tank, gathered, has_pressure, .. } = view;
     let body_force = case.effective_gravity([time; 2]);
     let [_, drift] = case.to_written_frame(time);
     let around = gathered.around(tank);
@@ -127,7 +130,7 @@ fn at_points(case: &Case, tank: &TankInside, gathered: &GatheredTank, time: Real
         let near = if between_walls { around.near_with_images(point) } else { around.near(point) };
         let at_rest = |n: usize| gathered.pressure(n, body_force) + weight.dot(point - gathered.water.position[n]);
         Some(AtPoint {
-            pressure: near?.mean(at_rest),
+            pressure: has_pressure.then_some(near?.mean(at_rest)),
             velocity: around.near(point)?.mean(|n| gathered.water.velocity[n]) + drift,
         })
     };

@@ -78,9 +78,18 @@ fn a_run_that_cannot_go_on_says_why() {
     refused(On::threads(1).steps(5).options(None), "its case ends at 0.003 s");
     assert_eq!(std::fs::read(folder.join("summary.json")).unwrap(), before, "nothing was touched");
     let counted = scratch.join("counted");
-    start(&load(DRAGGED, &["run.steps=3"]), &counted, On::threads(1)).unwrap();
+    let heard = heard(&load(DRAGGED, &["run.steps=3"]), &On::threads(1).options(Some(&counted)));
+    let told =
+        |messages: &[String]| messages.iter().filter(|text| text.contains("stopped")).cloned().collect::<Vec<_>>();
+    let ended = told(&heard.messages);
+    assert!(ended.len() == 1 && ended[0].contains("stopped by `run.steps` of the case at step 3"), "{ended:?}");
     let error = go_on_with(&counted, &until(4e-3, 1)).0.unwrap_err();
     assert!(error.to_string().contains("ends after 3 steps whatever the time"), "{error}");
+    // Without a wish its results are presented again, with the reason for which it ends: an array job may begin a task twice.
+    let (outcome, messages) = go_on(&counted, On::threads(1));
+    assert_eq!(outcome.unwrap().steps, 3);
+    let ended = told(&messages);
+    assert!(ended.len() == 1 && ended[0].contains("stopped by `run.steps` of the case at step 3"), "{ended:?}");
     // Presenting the results of a finished run again is no wish for more.
     let steps = Left::in_folder(&folder).summary["steps"].as_u64();
     assert_eq!(Some(go_on(&folder, On::threads(1)).0.unwrap().steps), steps);
