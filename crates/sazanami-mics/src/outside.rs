@@ -19,8 +19,7 @@ use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::Reduction;
 
-use crate::flow::Flow;
-use crate::fluids::FluidName;
+use crate::fluids::{FluidName, Fluids};
 
 /// Boundary condition of the pressure on a side of the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,10 +101,10 @@ pub(crate) fn place_on_side(domain: &Domain, direction: usize, [j, k]: [usize; 2
 
 impl Outside {
     /// Gives the fluid outside a `gravity` [m/s^2].
-    pub fn set(&mut self, domain: &Domain, gravity: Vector, flow: &Flow) {
+    pub fn set(&mut self, domain: &Domain, gravity: Vector, fluids: &Fluids) {
         let [x, y, z] = domain.periodic().map(|periodic| if periodic { 0.0 } else { 1.0 });
         self.gravity = gravity * Vector::new(x, y, z);
-        self.densities = [flow.fluids.gas_density, flow.fluids.liquid_density];
+        self.densities = [fluids.gas_density, fluids.liquid_density];
     }
 
     /// Pressure on the faces of this rank on a side \[Pa].

@@ -163,7 +163,7 @@ impl Projection {
     /// Gives the fluid outside open sides of a box with this `flow` a `gravity` [m/s^2]. Without it the pressure is the same all over a
     /// side.
     pub(crate) fn set_outside(&mut self, domain: &Domain, gravity: Vector, flow: &Flow) {
-        self.outside.set(domain, gravity, flow);
+        self.outside.set(domain, gravity, &flow.fluids);
         self.outside.update(domain, &self.sides, &flow.volume_fraction);
     }
 

@@ -16,7 +16,7 @@ use sazanami_numerics::geometry::{RegionFractions, Shape};
 use sazanami_numerics::mean_flow::MeanFlow;
 use sazanami_numerics::{Real, Vector};
 
-use super::shared;
+use super::box_motion;
 use crate::case::meaning::{
     Case, Exchange, FluidName, LiquidRegion, Placement, Population, PressureForm, Solver, StepChoice,
 };
@@ -99,7 +99,7 @@ pub fn solver(
 ) -> Result<solver::Solver, StepError> {
     let mut flow = flow(case, &domain);
     pour(case, &domain, &boundary, &mut flow, bed_height);
-    if let Some(velocity) = shared::set_off(case) {
+    if let Some(velocity) = box_motion::set_off(case) {
         flow.add_velocity(&domain, &boundary, |_| velocity);
         engine.add_velocity(&domain, velocity);
     }

@@ -1,5 +1,6 @@
 //! From a case to what a solver needs.
 
+pub mod box_motion;
 pub mod fluid;
 pub mod grains;
 pub mod particles;

@@ -14,7 +14,7 @@ use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{Reduction, for_each_chunk};
 
-use super::{fluid, grains, shared};
+use super::{box_motion, fluid, grains};
 use crate::case::meaning::{BoxDomain, Case, FluidName, Gate, GrainShape, InitialVelocity, LiquidRegion, Population};
 
 /// Cells of the division into ranks, over the radius of influence.
@@ -137,7 +137,7 @@ pub fn poured(case: &Case, domain: Domain, engine: Engine, bed_height: Real) -> 
 
 /// Gives fluid and free grains the velocity that they have against a tank which begins with a speed.
 pub fn set_off(case: &Case, solver: &mut Solver) {
-    let Some(velocity) = shared::set_off(case) else { return };
+    let Some(velocity) = box_motion::set_off(case) else { return };
     solver.set_velocities(|particles, a| particles.velocity[a] + velocity);
     let (engine, domain) = solver.engine_mut();
     engine.add_velocity(domain, velocity);

@@ -1,6 +1,5 @@
 //! The grid that ranks share, their parts of it, and among how many it can be shared.
 
-use sazanami_numerics::Vector;
 use sazanami_numerics::domain::{Decomposition, Domain, LayoutError};
 use sazanami_numerics::grid::Grid;
 use sazanami_parallel::Communicator;
@@ -25,14 +24,6 @@ pub fn grid(case: &Case) -> Grid {
 /// [`LayoutError`] if it cannot be divided among the ranks of the group.
 pub fn domain(case: &Case, communicator: Box<dyn Communicator>) -> Result<Domain, LayoutError> {
     Domain::new(grid(case), case.periodic(), communicator)
-}
-
-/// Velocity that fluid and free grains have against a box whose motion begins with a speed [m/s], beside the one that they are given: what is at
-/// rest stays where it was. None where the box begins at rest, or is seen from the laboratory. A flow that is given is that in the box.
-pub fn set_off(case: &Case) -> Option<Vector> {
-    let velocity = -case.tank_at(0.0)[1];
-    let is_given = case.solver == Solver::Mics && case.fluid.carrying_flow.is_some();
-    (velocity != Vector::ZERO && !case.walls_move() && !is_given).then_some(velocity)
 }
 
 /// Most ranks that a grid can be shared among.
