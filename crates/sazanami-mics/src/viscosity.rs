@@ -11,7 +11,7 @@
 //! scalar products, hence the same bits on any number of ranks. A last step evaluates the stress of
 //! `u + w` on the faces, so that momentum changes at walls only, however well w has converged.
 //!
-//! On faces that see both fluids the implicit part has up to twice the viscosity ([`reserve`]): there the transposed gradient makes the stress more
+//! On faces that see both fluids the implicit part has up to twice the viscosity (`reserve`): there the transposed gradient makes the stress more
 //! than twice that of the gradients alone, which no step beyond a certain length would bear. What w is too small by is of first order in the
 //! step, as the rest of a backward Euler step.
 //!

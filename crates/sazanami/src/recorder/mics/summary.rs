@@ -115,7 +115,7 @@ pub(crate) const EROSION: &[Field<Evaluated>] = quantities! {
         => |erosion| json!(erosion.below_rim_range.map(|volume| 1e9 * volume));
     "volume_below_rim_noise_mm3", "mm^3", "the same of the bed before the impact"
         => |erosion| json!(erosion.noise_below_rim.map(|volume| 1e9 * volume));
-    "volume_below_rim_doubts", "", "what speaks against it: more than one drop, a rim at the edge, or one that sides of the box cut, a crater that has not come to rest, an uncertainty above 20 %, a third or more of it in the bed before the impact; null where nothing does"
+    "volume_below_rim_doubts", "", "what speaks against it: more than one drop, a rim at the edge, or one that sides of the box cut, a hollow that is not round about the axis, a crater that has not come to rest, an uncertainty above 20 %, a third or more of it in the bed before the impact; null where nothing does"
         => |erosion| doubts(&erosion.doubts_below_rim(erosion.known));
     "volume_mm3", "mm^3", "erosion volume V, eq. (14) of Yagyu et al. (2015): that of the spherical cap with the depth and the rim radius of the crater"
         => |erosion| json!(1e9 * erosion.crater.volume);
