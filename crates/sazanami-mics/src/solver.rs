@@ -240,7 +240,7 @@ impl Solver {
             } else {
                 0.0
             },
-            interface_viscosity: self.flow.interface_rate(&self.domain, &self.boundary, self.settings.limits.longest),
+            interface_viscosity: self.flow.interface_rate(&self.domain, self.settings.limits.longest),
             contact: self.grains.contact_rate(&self.domain),
         };
         self.settings.limits.choose(&rates, self.previous_step)

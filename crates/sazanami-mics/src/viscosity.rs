@@ -97,6 +97,11 @@ fn fractions(domain: &Domain, boundary: &Boundary, fraction: &Field<Real>) -> [R
     if boundary.volume_fraction_rules().sides.as_flattened().iter().any(|ghost| *ghost != Ghost::Even) {
         return ANY;
     }
+    fractions_within(domain, fraction)
+}
+
+/// Smallest and largest liquid fraction of the cells.
+fn fractions_within(domain: &Domain, fraction: &Field<Real>) -> [Real; 2] {
     let (c, range) = (fraction.data(), domain.interior());
     let [low, high] = [-1.0, 1.0].map(|sign| {
         let of_row =
@@ -118,15 +123,25 @@ const STIFF: [Real; 2] = [4.0, 8.0];
 /// Largest factor of the viscosity of their faces.
 const RESERVE: Real = 2.0;
 
-/// Whether these smallest and largest liquid fractions are those of a liquid and a gas.
-fn are_both([low, high]: [Real; 2]) -> bool {
-    low < 1.0 && high > 0.0 && high > low
+/// Fraction of a fluid in a cell that is a trace of it.
+const TRACE: Real = 1e-6;
+
+/// Whether the viscosities of the fluids differ.
+pub fn are_unlike(fluids: &Fluids) -> bool {
+    let [gas, liquid] = fluids.viscosities();
+    (liquid - gas).abs() > TRACE * liquid.max(gas)
 }
 
-/// Factor of the viscosity in the implicit part of the stress on faces that see both fluids, for a stiffness and the `fractions` that there are.
-fn reserve(stiffness: Real, fractions: [Real; 2]) -> Real {
+/// Whether these smallest and largest liquid fractions are those of a liquid and a gas.
+fn are_both([low, high]: [Real; 2]) -> bool {
+    low < 1.0 - TRACE && high > TRACE && high - low > TRACE
+}
+
+/// Factor of the viscosity in the implicit part of the stress on faces that see both fluids, for a stiffness of the fluid of the larger viscosity and
+/// the `fractions` that there are; 1 of fluids that are equally viscous.
+fn reserve(fluids: &Fluids, stiffness: Real, fractions: [Real; 2]) -> Real {
     let part = ((stiffness - STIFF[0]) / (STIFF[1] - STIFF[0])).clamp(0.0, 1.0);
-    if are_both(fractions) { 1.0 + (RESERVE - 1.0) * part } else { 1.0 }
+    if are_both(fractions) && are_unlike(fluids) { 1.0 + (RESERVE - 1.0) * part } else { 1.0 }
 }
 
 /// Number of Chebyshev steps and the spectral bound of Jacobi's iteration they rest on.
@@ -191,7 +206,8 @@ impl Flow {
         } else {
             let present = fractions(domain, boundary, &self.volume_fraction);
             let stiffness = stiffness(domain, &self.fluids, present, dt);
-            let reserve = reserve(stiffness, present);
+            let of_thicker = explicit_rate_of_thicker(&self.fluids, domain.grid().spacing) * dt;
+            let reserve = reserve(&self.fluids, of_thicker, present);
             let (steps, radius) = plan(reserve * stiffness, self.viscous_tolerance);
             (steps, radius, reserve)
         };
@@ -258,10 +274,11 @@ impl Flow {
     }
 
     /// See [`crate::stability::Rates::interface_viscosity`]; zero too where it allows steps of `longest` \[s].
-    pub(crate) fn interface_rate(&self, domain: &Domain, boundary: &Boundary, longest: Real) -> Real {
+    pub(crate) fn interface_rate(&self, domain: &Domain, longest: Real) -> Real {
         let rate = explicit_rate_of_thicker(&self.fluids, domain.grid().spacing);
-        let matters = self.schemes.viscosity != ViscosityScheme::Off && rate * longest > INTERFACE_VISCOSITY;
-        if matters && are_both(fractions(domain, boundary, &self.volume_fraction)) { rate } else { 0.0 }
+        let is_implicit = !matches!(self.schemes.viscosity, ViscosityScheme::Off | ViscosityScheme::Explicit);
+        let matters = is_implicit && are_unlike(&self.fluids) && rate * longest > INTERFACE_VISCOSITY;
+        if matters && are_both(fractions_within(domain, &self.volume_fraction)) { rate } else { 0.0 }
     }
 
     /// Divergence of the viscous stress over the density in the cell at place `at`, as applied by

@@ -72,7 +72,7 @@ pub fn charts(html: &mut Html, first: usize, charts: &[Chart]) {
         html.raw("<div class=\"keys\"></div>\n<p class=\"read\" aria-live=\"polite\"></p>\n");
         if chart.every > 1 {
             let note = format!(
-                "Of {} rows of the table at a time those with the least and the greatest value of each curve are shown.",
+                "Of every {} rows of the table those with the least and the greatest value of each curve are shown.",
                 chart.every
             );
             html.element("p", &[("class", "note")], &note);

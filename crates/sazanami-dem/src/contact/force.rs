@@ -241,7 +241,7 @@ pub(crate) fn roll<const W: usize>(
     let turn = turn + (spin + mean.cross(turn)) * Lanes::splat(dt);
     let limit = c.rolling * effective_radius(radii) * h_n;
     let stiffness = rolling_stiffness(c, radii);
-    // Of bodies that forces do not move the mass is infinite, and so is `1/give`.
+    // Between bodies that forces do not move there is no damping, and nothing for it to act on.
     let mass = c.give.above(zero).select(Lanes::splat(0.5 * ACROSS).divided_by(c.give), zero);
     let inertia = mass * Lanes::splat(ACROSS / (ACROSS - 1.0));
     let smaller = radii[0].min(radii[1]);

@@ -26,6 +26,7 @@ use sazanami_numerics::grid::GHOSTS;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::{SlicesMut, for_each_chunk};
 
+use super::TRACE;
 use crate::fluids::{Fluids, LEAST};
 use crate::schemes::Transposed;
 
@@ -38,8 +39,8 @@ pub(super) struct Source<'a> {
     pub u: [&'a [Real]; 3],
     /// The transposed gradient that counts.
     pub transposed: Transposed,
-    /// Factor of the viscosity of faces that see both fluids: in the sums over faces, and in the stress of what the transposed gradient is
-    /// left out of, a change of the velocity.
+    /// Factor of the viscosity of faces that see both fluids: in the sums over faces, and in the stress of changes of the velocity, which
+    /// have no transposed gradient.
     pub reserve: Real,
 }
 
@@ -164,7 +165,7 @@ impl Stress {
     fn hold_in_reserve(reserve: Real, mu: &mut [Real], c: [&[Real]; 2]) {
         for (i, mu) in mu.iter_mut().enumerate() {
             let [low, high] = [c[0][i].min(c[1][i]), c[0][i].max(c[1][i])];
-            *mu *= if high > ALIKE && low < 1.0 - ALIKE { reserve } else { 1.0 };
+            *mu *= if high > TRACE && low < 1.0 - TRACE { reserve } else { 1.0 };
         }
     }
 

@@ -52,12 +52,10 @@ impl Roundness {
     pub(super) fn doubts(&self) -> impl Iterator<Item = String> {
         let &Self { off_axis, relative, elongation } = self;
         let beside = (relative > OFF_AXIS).then(|| {
-            format!("the middle of the hollow lies {:.2} mm beside the axis (`erosion.axis`): too low", 1e3 * off_axis)
+            format!("the middle of the hollow lies {:.2} mm beside the axis (`erosion.axis`): averages along circles flatten the rim", 1e3 * off_axis)
         });
         let long = (elongation > ELONGATED).then(|| {
-            format!(
-                "the hollow is {elongation:.1} times as long as wide: too low, as the rim of an average along circles"
-            )
+            format!("the hollow is {elongation:.1} times as long as wide: averages along circles flatten the rim")
         });
         beside.into_iter().chain(long)
     }

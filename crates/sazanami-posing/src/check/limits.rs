@@ -8,7 +8,7 @@ use sazanami_mics::stability::{
     travel,
 };
 use sazanami_mics::surface_tension::{capillary_rate, entry_rate};
-use sazanami_mics::viscosity::{explicit_rate, explicit_rate_of_liquid, explicit_rate_of_thicker};
+use sazanami_mics::viscosity::{are_unlike, explicit_rate, explicit_rate_of_liquid, explicit_rate_of_thicker};
 use sazanami_mps::grains::{DragIntegration, volume};
 use sazanami_mps::stability::{BODY_FORCE, DRAG, Limit as ParticleLimit, Rates as ParticleRates, VISCOUS};
 use sazanami_numerics::domain::Domain;
@@ -254,7 +254,8 @@ fn fills(case: &Case, liquid: &LiquidRegion) -> bool {
 /// Whether liquid and gas, each with its viscosity, are in the box as a run begins.
 fn has_interface(case: &Case) -> bool {
     let liquids = &case.liquids;
-    case.fluid.viscosity != ViscosityScheme::Off
+    !matches!(case.fluid.viscosity, ViscosityScheme::Off | ViscosityScheme::Explicit)
+        && are_unlike(&fluid::fluids(case))
         && !liquids.is_empty()
         && !liquids.iter().any(|liquid| fills(case, liquid))
 }
