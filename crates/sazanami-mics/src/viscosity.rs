@@ -535,3 +535,25 @@ impl ViscousStep<'_> {
         });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_reserve_and_the_limit_of_interfaces_are_for_two_fluids_of_which_one_is_thick() {
+        let glycerine = Fluids { liquid_density: 1260.0, gas_density: 1.0, liquid_viscosity: 1.4, gas_viscosity: 1e-5 };
+        assert_eq!([0.0, 4.0, 6.0, 8.0, 80.0].map(|s| reserve(&glycerine, s, ANY)), [1.0, 1.0, 1.5, 2.0, 2.0]);
+        // Of one fluid, traces of the other in it, and of two that are equally viscous nothing is held in reserve.
+        for one in [[0.0, 0.0], [1.0, 1.0], [1.0 - 1e-12, 1.0], [0.0, 1e-12]] {
+            assert_eq!(reserve(&glycerine, 80.0, one), 1.0);
+        }
+        let alike = Fluids { gas_viscosity: 1.4, ..glycerine };
+        assert!(reserve(&alike, 80.0, ANY) == 1.0 && !are_unlike(&alike) && are_unlike(&glycerine));
+        let spacing = Vector::splat(1e-4);
+        let rate = 1.4 / 1260.0 * 6.0 / 1e-8;
+        assert!((explicit_rate_of_thicker(&glycerine, spacing) / rate - 1.0).abs() < 1e-12);
+        let inverted = Fluids { liquid_viscosity: 1e-5, gas_viscosity: 1.4, ..glycerine };
+        assert!((explicit_rate_of_thicker(&inverted, spacing) / (1260.0 * rate) - 1.0).abs() < 1e-12);
+    }
+}
