@@ -104,7 +104,7 @@ impl ErosionSettings {
         (BANDWIDTH * self.layer).max(LEAST_PIXELS * self.pixel)
     }
 
-    /// Thickness of the layers of [`Erosion::surface`] and of [`InitialBed::heights`] \[m].
+    /// Thickness of the layers of [`super::Erosion::surface`] and of [`super::InitialBed::heights`] \[m].
     #[must_use]
     pub fn surface_layer(&self) -> Real {
         profile::smooth_layer(self.bandwidth())
