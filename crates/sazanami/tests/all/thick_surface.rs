@@ -47,13 +47,6 @@ fn a_drop_of_glycerine_at_rest_stays_at_rest() {
     let scratch = Scratch::new("thick-drop");
     let left = ran(WAVE, &DROP, &scratch.join("run"), On::threads(2));
     let [early, late] = early_and_late(&left);
-    // Of glycerine in 32 cells it had grown to 1e-12 J within 40 ms.
+    // In 32 cells it had grown to 1e-12 J within 40 ms; waves that grow are the control of the test above.
     assert!(late < 0.1 * early && early < 1e-15, "{early} {late}");
-    // Control: one of water, which the same surface sets in motion, swings and is slow to come to rest.
-    let thin =
-        DROP.map(
-            |key| if key.contains("kinematic_viscosity") { "fluid.liquid.kinematic_viscosity=1e-6 m^2/s" } else { key },
-        );
-    let [early, late] = early_and_late(&ran(WAVE, &thin, &scratch.join("water"), On::threads(2)));
-    assert!(late > 0.1 * early, "{early} {late}");
 }
