@@ -143,6 +143,8 @@ fn keys_and_words_of_earlier_versions_are_refused_with_what_took_their_place() {
         assert_eq!([of(&[&kept, &preset], "`projection`"), of(&[&gone, &preset], "`projection`")], [0, 1], "{preset}");
     }
     refused("fluid.projection=incremental", "`projection` is no longer a key | the key is `pressure_form`");
+    refused("fluid.viscosity=crank_nicolson", "Crank-Nicolson with the full pressure");
+    assert!(findings(&["fluid={ viscosity = \"crank_nicolson\", pressure_form = \"incremental\" }"]).is_empty());
     // Controls: a key and a word that never were.
     refused("overlap.sphere_dragg=dalla_valle", "unknown key `sphere_dragg`");
     refused("coupling.exchange=exactt", "`exactt` is not a choice for `exchange`");

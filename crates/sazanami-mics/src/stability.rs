@@ -166,10 +166,11 @@ impl StepLimits {
         StableStep { dt, limit, fluid_passes: 1 }
     }
 
-    /// Passes of the fluid phase in a step of `dt` \[s] so that each keeps to the Courant limit.
+    /// Passes of the fluid phase in a step of `dt` \[s] so that each keeps to the limits of the fluids.
     #[must_use]
     pub fn passes(&self, rates: &Rates, dt: Real) -> usize {
-        let needed = (rates.advective * dt / self.courant).max(rates.viscous.max(rates.capillary) * dt);
+        let of_forces = rates.viscous.max(rates.capillary).max(rates.interface_viscosity / INTERFACE_VISCOSITY);
+        let needed = dt * of_forces.max(rates.advective / self.courant);
         // Round-off must not cause a second pass.
         (needed * (1.0 - 1e-12)).ceil().max(1.0) as usize
     }
@@ -211,6 +212,8 @@ mod tests {
         let wavy = Rates { capillary: 1e7, ..rates };
         assert_eq!(limits.choose(&wavy, None), StableStep { dt: 1e-7, limit: Limit::Capillary, fluid_passes: 1 });
         assert_eq!(StepLimits::always(1e-5).choose(&wavy, None).fluid_passes, 100);
+        let thick = Rates { interface_viscosity: 40e7, ..rates };
+        assert_eq!(StepLimits::always(1e-5).choose(&thick, None).fluid_passes, 100);
         let falling = Rates { body_force: (9.8_f64 / 1.9e-4).sqrt(), ..Rates::default() };
         assert_eq!(limits.choose(&falling, None).limit, Limit::Maximum);
         let step = StepLimits::up_to(0.1).choose(&falling, None);

@@ -248,5 +248,11 @@ impl FluidOptions {
                 .label("`liquid` names the heavier fluid")
                 .help("exchange the two");
         }
+        if self.viscosity == ViscosityScheme::CrankNicolson && self.pressure_form == PressureForm::Full {
+            cx.report
+                .error(table.place("viscosity"), "Crank-Nicolson with the full pressure")
+                .label("it is of second order in time with `pressure_form = \"incremental\"` alone, and shakes drops of thick liquid")
+                .help("leave `viscosity` out");
+        }
     }
 }

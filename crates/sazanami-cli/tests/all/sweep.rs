@@ -87,7 +87,7 @@ fn a_run_that_fails_is_marked_and_the_others_go_on() {
 
 #[test]
 fn a_sweep_that_was_killed_goes_on_to_the_same_table() {
-    let plan = format!("{PLAN}[set]\n\"run.steps\" = 1200\n");
+    let plan = format!("{PLAN}[set]\n\"run.steps\" = 500\n");
     let whole = folder(&plan);
     let output = sweep(whole.path(), &[]);
     assert_eq!(output.status.code(), Some(0), "{}", said(&output));

@@ -291,10 +291,12 @@ fn packing_goes_on(fine: Real) {
     }
     assert_eq!(packing.stage(), Stage::Done);
     assert!(saved.len() > 1);
-    for (at, snapshot) in saved {
+    // Each goes on to the next, the last one to the end.
+    let ends: Vec<usize> = saved.iter().skip(1).map(|(at, _)| *at).chain([reports.len()]).collect();
+    for ((at, snapshot), end) in saved.into_iter().zip(ends) {
         let mut again = Packing::restore(&domain, settings.clone(), bodies(), laws(), &again_of, "bed/", &snapshot)
             .expect("the case is sound");
-        for expected in &reports[at..] {
+        for expected in &reports[at..end] {
             let found = again.step(&domain).expect("the case is sound");
             assert_eq!(
                 (found.time, found.mean_speed, found.highest),
@@ -302,7 +304,7 @@ fn packing_goes_on(fine: Real) {
             );
             assert_eq!(found.stage, expected.stage);
         }
-        assert_eq!(again.bed(), packing.bed());
+        assert!(end < reports.len() || again.bed() == packing.bed());
     }
 }
 

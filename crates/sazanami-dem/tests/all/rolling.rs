@@ -184,3 +184,82 @@ fn a_ball_that_rolling_friction_holds_goes_on_from_a_snapshot_bit_by_bit() {
     }
     assert_ne!(again(&forgetful), expected);
 }
+
+/// Kinetic energy, spins, and angular momenta about the origin of two balls.
+struct Rolling {
+    energy: Real,
+    spin: [Vector; 2],
+    angular_momentum: Vector,
+}
+
+/// Two balls of these `radii` \[m] on the x axis that roll upon each other without slip, pressed together by a force \[N] and at a speed of
+/// approach [m/s], at the start and after each hundredth of a second.
+fn upon_each_other(rolling_friction: Real, radii: [Real; 2], press: Real, approach: Real, rows: usize) -> Vec<Rolling> {
+    let law = LinearSpringDashpot { rolling_friction, ..law(0.5) };
+    let apart = radii[0] + radii[1] - press / STIFFNESS;
+    // The surfaces have one velocity where they touch.
+    let grains = [-1.0, 1.0].map(|side: Real| {
+        let radius = radii[usize::from(side > 0.0)];
+        Grain {
+            scale: radius / RADIUS,
+            velocity: -0.5 * side * approach * Vector::X,
+            angular_velocity: side * 3.0 * RADIUS / radius * Vector::Y,
+            ..Grain::new(if side < 0.0 { 1 } else { 2 }, 2500.0, Vector::new(0.5 * side * apart, 0.0, 0.0))
+        }
+    });
+    let setup = setup(vec![Body::ball(RADIUS)], law, vec![]);
+    let mut engine = Engine::new(&domain(), setup, &grains).expect("the case is sound");
+    let force = [press * Vector::X, -press * Vector::X];
+    let state = |engine: &Engine| {
+        let g = engine.grains();
+        let inertia = |n: usize| 0.4 * g.mass[n] * radii[n] * radii[n];
+        let momentum = |n: usize| g.mass[n] * g.position[n].cross(g.velocity[n]) + inertia(n) * g.angular_velocity(n);
+        Rolling {
+            energy: g.kinetic_energy(0) + g.kinetic_energy(1),
+            spin: [g.angular_velocity(0), g.angular_velocity(1)],
+            angular_momentum: momentum(0) + momentum(1),
+        }
+    };
+    let mut found = vec![state(&engine)];
+    for _ in 0..rows {
+        let loads = Loads { force: &force, ..Loads::none() };
+        engine.advance(&domain(), &loads, Vector::ZERO, 0.01, Substeps::Fixed(1000)).expect("the case is sound");
+        found.push(state(&engine));
+    }
+    found
+}
+
+#[test]
+fn rolling_friction_stops_balls_that_roll_upon_each_other() {
+    let rows = upon_each_other(0.02, [RADIUS; 2], 0.05, 0.0, 80);
+    let mass = 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * RADIUS.powi(3);
+    // A torque of mu_r N R/2 on either.
+    let slowing = 0.02 * 0.05 * RADIUS * 0.5 / (0.4 * mass * RADIUS * RADIUS);
+    for (n, pair) in rows.windows(2).enumerate() {
+        let (spin, expected) = (pair[1].spin, 3.0 - slowing * 0.01 * (n + 1) as Real);
+        assert!((spin[0] + spin[1]).length() < 1e-9, "{n}: {spin:?}");
+        // Then their springs hold them, and swing.
+        if expected > 0.1 {
+            assert!((spin[1].y - expected).abs() < 0.03 && pair[1].energy < pair[0].energy, "{n}: {spin:?} {expected}");
+        }
+    }
+    let rest = rows[80].spin[1].length();
+    assert!(rest < 1e-6, "{rest}");
+    // Negative control.
+    let free = upon_each_other(0.0, [RADIUS; 2], 0.05, 0.0, 80);
+    assert!(free.iter().all(|row| (row.spin[1].y - 3.0).abs() < 1e-6), "{}", free[80].spin[1]);
+}
+
+#[test]
+fn rolling_friction_keeps_the_angular_momentum_of_unequal_balls_and_takes_energy() {
+    let radii = [0.6 * RADIUS, RADIUS];
+    let rows = upon_each_other(0.2, radii, 0.0, 0.2, 1);
+    let own = 0.4 * 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * RADIUS.powi(5) * rows[0].spin[1].y;
+    let drift = (rows[1].angular_momentum - rows[0].angular_momentum).length() / own;
+    assert!(drift < 1e-11, "{drift}");
+    // Control: the spins of both changed, and more energy is lost than without.
+    let change = [0, 1].map(|n| (rows[1].spin[n] - rows[0].spin[n]).length() / rows[0].spin[n].length());
+    assert!(change.iter().all(|change| *change > 0.1), "{change:?}");
+    let without = upon_each_other(0.0, radii, 0.0, 0.2, 1);
+    assert!(rows[1].energy < without[1].energy && without[1].energy < rows[0].energy);
+}

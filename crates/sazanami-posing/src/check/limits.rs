@@ -21,8 +21,8 @@ use super::volumes::volume_within;
 use super::{LimitReport, PopulationReport, TankReport};
 use crate::assembly::{fluid, grains, particles};
 use crate::case::meaning::{
-    BoundarySide, BoxDomain, CarryingFlow, Case, Drive, Exchange, GrainPlacement, LiquidRegion, Particles, Peak,
-    Placement, Population, Region, Solver, StepChoice, Substeps, TankMotion, ViscosityScheme,
+    BoundarySide, BoxDomain, CarryingFlow, Case, Drive, Exchange, FluidName, GrainPlacement, LiquidRegion, Particles,
+    Peak, Placement, Population, Region, Solver, StepChoice, Substeps, TankMotion, ViscosityScheme,
 };
 use crate::schedule::StepEnds;
 use crate::steps::{OUTPUT, STEPS_OF_SWING, SWING, longest_in_swing, towards};
@@ -141,7 +141,8 @@ impl Pace {
         limits.sort_by(|a, b| a.dt_s.total_cmp(&b.dt_s));
         let ruling = fixed.map_or(0, |name| limits.iter().position(|limit| limit.name == name).unwrap_or(0));
         let dt = limits.get(ruling).map_or(case.run.until, |limit| limit.dt_s);
-        let of_pass = [GridLimit::Advective, GridLimit::Capillary].map(GridLimit::name);
+        let of_pass = [GridLimit::Advective, GridLimit::Viscous, GridLimit::Capillary, GridLimit::InterfaceViscosity]
+            .map(GridLimit::name);
         let in_pass = limits.iter().filter(|limit| of_pass.contains(&limit.name)).map(|limit| limit.dt_s);
         let pass = in_pass.fold(Real::INFINITY, Real::min);
         let in_passes = case.solver == Solver::Mics && fixed.is_some();
@@ -248,16 +249,17 @@ fn stirs(case: &Case) -> bool {
 
 /// Whether a liquid leaves no room to gas.
 fn fills(case: &Case, liquid: &LiquidRegion) -> bool {
-    liquid.region.volume().is_some_and(|v| v >= 0.99 * case.domain.extent().element_product())
+    volume_within(case, liquid).is_some_and(|v| v >= 0.99 * case.domain.extent().element_product())
 }
 
 /// Whether liquid and gas, each with its viscosity, are in the box as a run begins.
 fn has_interface(case: &Case) -> bool {
-    let liquids = &case.liquids;
-    !matches!(case.fluid.viscosity, ViscosityScheme::Off | ViscosityScheme::Explicit)
-        && are_unlike(&fluid::fluids(case))
-        && !liquids.is_empty()
-        && !liquids.iter().any(|liquid| fills(case, liquid))
+    let is_implicit = !matches!(case.fluid.viscosity, ViscosityScheme::Off | ViscosityScheme::Explicit);
+    // What fills the box before a region is put in, and whether there are both already.
+    let (_, both) = case.liquids.iter().fold((FluidName::Gas, false), |(filling, both), region| {
+        if fills(case, region) { (region.fluid, false) } else { (filling, both || region.fluid != filling) }
+    });
+    is_implicit && both && are_unlike(&fluid::fluids(case))
 }
 
 /// A liquid that falls on a bed. Up to the impact the largest speed is 1.7 times its own `U`, that of the gas round it. A time `t` after it, that
