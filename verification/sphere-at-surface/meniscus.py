@@ -87,4 +87,8 @@ if __name__ == "__main__":
         for (a, f), (b, g) in zip(table, table[1:]):
             if (f - weight) * (g - weight) <= 0:
                 print(theta, density, a + (b - a) * (weight - f) / (g - f))
-
+    # A sphere of 1 mm between water and air, in a box of 2.25 mm.
+    R, W, SIGMA, GAS = 0.5e-3, 2.25e-3, 0.0728, 1.2
+    for z, theta in ((1.07e-3, 60), (0.9e-3, 60), (1.07e-3, 120)):
+        volume = W * W * 1e-3 - cap(R, (z - 1e-3) / R)
+        print("water and air", theta, z, force(R, z, math.radians(theta), SIGMA, LIQUID, GAS, 9.81, W, volume)["total"])

@@ -38,8 +38,8 @@ use crate::fluids::Fluids;
 use crate::interface::Plane;
 use crate::mobility::{Mobility, RowSet};
 use curvature::{CurvatureSource, Surroundings, largest_curvature};
-use grains::Continued;
 pub use grains::WIDE;
+use grains::{Continued, TELLS, around, moved};
 use heights::Heights;
 use pores::Pores;
 pub use pores::entry_rate;
@@ -95,11 +95,13 @@ struct Curvatures {
     kappa: Field<Real>,
     /// Its weight on the faces of the cell: 1 from columns, less from a fit, 0 where there is none.
     weight: Field<f32>,
+    /// Both, as they become where grains have an angle.
+    beside_grains: Option<(Field<Real>, Field<f32>)>,
 }
 
 impl Curvatures {
     fn new(domain: &Domain) -> Self {
-        Self { kappa: domain.field(NONE), weight: domain.field(0.0) }
+        Self { kappa: domain.field(NONE), weight: domain.field(0.0), beside_grains: None }
     }
 
     /// Finds that of each cell from what is around it, but in those that grains of the solid fraction `covers` cover whole.
@@ -119,9 +121,43 @@ impl Curvatures {
                 };
             }
         });
-        let Self { kappa, weight } = self;
-        domain.fill_halos_to(1, &mut [(kappa, &GhostRules::EVEN)]);
-        domain.fill_halos_to(1, &mut [(weight, &GhostRules::EVEN)]);
+        self.fill_halos(domain);
+        if let Some(alpha) = covers {
+            self.extend(domain, alpha);
+        }
+    }
+
+    fn fill_halos(&mut self, domain: &Domain) {
+        domain.fill_halos_to(1, &mut [(&mut self.kappa, &GhostRules::EVEN)]);
+        domain.fill_halos_to(1, &mut [(&mut self.weight, &GhostRules::EVEN)]);
+    }
+
+    /// Gives cells that grains of the solid fraction `alpha` cover by half and more the mean of the curvatures around them, with the least weight:
+    /// what is continued into the grains has none of its own, and gas would be driven round the line of contact by the difference.
+    fn extend(&mut self, domain: &Domain, alpha: &[Real]) {
+        let Self { kappa, weight, beside_grains } = self;
+        let (next, next_weight) = beside_grains.get_or_insert_with(|| (domain.field(NONE), domain.field(0.0)));
+        let (own, weights, strides) = (kappa.data(), weight.data(), domain.strides());
+        let tells = |at: usize| 1.0 - alpha[at] >= TELLS && own[at].abs() < NONE;
+        let mean = |at: usize| {
+            let (sum, all) = around(strides).fold((0.0, 0.0), |(sum, all), (x, by)| {
+                let beside = moved(at, by);
+                let w = if tells(beside) { Real::from(weights[beside]) / x.length_squared() } else { 0.0 };
+                (if w > 0.0 { sum + w * own[beside] } else { sum }, all + w)
+            });
+            (all > 0.0).then(|| (sum / all, LEAST_WEIGHT as f32))
+        };
+        let fields = (next.data_mut(), next_weight.data_mut());
+        domain.for_each_row(&domain.interior(), fields, |row, (next, next_weight)| {
+            for ((next, next_weight), at) in next.iter_mut().zip(next_weight).zip(row.shifted(0)) {
+                let is_cut = own[at] != NONE && 1.0 - alpha[at] < TELLS;
+                let found = if is_cut { mean(at) } else { None };
+                (*next, *next_weight) = found.unwrap_or((own[at], weights[at]));
+            }
+        });
+        std::mem::swap(kappa, next);
+        std::mem::swap(weight, next_weight);
+        self.fill_halos(domain);
     }
 }
 
