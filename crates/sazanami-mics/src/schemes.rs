@@ -49,7 +49,7 @@ choices! {
         /// Backward Euler.
         Implicit = "implicit",
         /// The stress at the start for half a step before the transport, backward Euler for half a step
-        /// after it: second order in time.
+        /// after it: second order in time, with `pressure_form = "incremental"`; refused with the full pressure.
         CrankNicolson = "crank_nicolson",
         /// The stress at the start of the step; limits the time step.
         Explicit = "explicit",

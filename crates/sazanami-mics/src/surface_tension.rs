@@ -132,8 +132,9 @@ impl Curvatures {
         domain.fill_halos_to(1, &mut [(&mut self.weight, &GhostRules::EVEN)]);
     }
 
-    /// Gives cells that grains of the solid fraction `alpha` cover by half and more the mean of the curvatures around them, with the least weight:
-    /// what is continued into the grains has none of its own, and gas would be driven round the line of contact by the difference.
+    /// Gives cells that grains of the solid fraction `alpha` cover by more than half the mean of the curvatures around them, with the least weight:
+    /// what is continued into the grains has none of its own, and gas would be driven round the line of contact by the difference. Without a
+    /// curvature around they keep theirs.
     fn extend(&mut self, domain: &Domain, alpha: &[Real]) {
         let Self { kappa, weight, beside_grains } = self;
         let (next, next_weight) = beside_grains.get_or_insert_with(|| (domain.field(NONE), domain.field(0.0)));
@@ -320,7 +321,7 @@ impl SurfaceTension {
         let [with, beside] = &mut self.rows;
         with.mark([n2, n3], |j, k| {
             let start = kappa.at(-1, j, k);
-            kappa.data()[start..start + domain.cells()[0] + 2].iter().any(|&kappa| kappa.abs() < NONE)
+            kappa.data()[start..start + domain.cells()[0] + 2].iter().any(|&kappa| kappa != NONE)
                 || pores.is_some_and(|pores| pores.hold_row(j, k))
         });
         beside.and_beside(domain, with);
@@ -419,14 +420,16 @@ impl SurfaceTension {
         self.pores.as_mut().map(|pores| pores.pull_grains(domain, dt, given))
     }
 
-    /// Counts what the curvature was found from.
+    /// Counts what the curvature was found from, where it is not that of the cells around.
     fn count(&mut self, domain: &Domain) {
         let (kappa, weight, rows) = (self.found.kappa.data(), self.found.weight.data(), &self.rows[0]);
         let largest = largest_curvature(domain.grid().spacing);
+        let covers = self.continued.as_ref().map(Continued::covers);
+        let is_cut = |at: usize| covers.is_some_and(|alpha| 1.0 - alpha[at] < TELLS);
         let counts = domain.sum_rows(&domain.interior(), |row| {
             let mut counts = [0.0; 4];
             if rows.holds(row.j, row.k) {
-                for at in row.shifted(0).filter(|&at| kappa[at] != NONE) {
+                for at in row.shifted(0).filter(|&at| kappa[at] != NONE && !is_cut(at)) {
                     counts[if weight[at] == 1.0 {
                         0
                     } else if kappa[at] == UNKNOWN {

@@ -6,9 +6,9 @@
 //! n = n_s cos(theta) + m sin(theta)
 //! ```
 //!
-//! with the unit normal `n_s` out of the grain and the unit vector `m` along its surface out of the liquid, at the surface; the plane of a
-//! cell beside it is turned by a quarter to the normal of the open cells around. It is that which has
-//! the liquid of the open part of the cell; cells further in take the mean of those beside them, layer by layer. The
+//! with the unit normal `n_s` out of the grain and the unit vector `m` along its surface out of the liquid. That is at the surface; the plane of a
+//! cell beside it is turned by a quarter to the normal of the open cells around, and has the liquid of the open part of the cell. Cells further in
+//! take the mean of those beside them, layer by layer. The
 //! liquid fraction of whole cells that it gives is what heights, curvature and jumps of the pressure see. Liquid continued into the solid:
 //! Afkhami and Bussmann (2008), Int. J. Numer. Meth. Fluids 57, 453; in cells that a surface cuts: Tavares, Josserand, Limare,
 //! Lopez-Herrera and Popinet (2024), arXiv:2402.10185.
@@ -37,8 +37,8 @@ pub const WIDE: Real = 4.0;
 const LAYERS: usize = 6;
 /// Open part from which on the liquid of a cell tells where its plane is, and heights its curvature.
 pub(super) const TELLS: Real = 0.5;
-/// Share of the normal of the open cells around in that of a plane. The interface is bent between them and the surface, where it has its angle: with the
-/// angle alone it is 7 degrees too far from 90 on spheres of 8 and 12 cells, with this share that of the force of the fluid comes out right (0034).
+/// Share of the normal of the open cells around in that of a plane: the interface is bent between them and the surface, where it has its angle. With
+/// this share the impulse of surface tension on all fluid and grains is least (docs/decisions/0034-line-of-contact-on-grains.md).
 const AROUND: Real = 0.25;
 /// Open part from which on the continued fraction is at least the liquid in it.
 const HOLDS: Real = 0.25;

@@ -60,7 +60,7 @@ fn error(dt: Real, viscosity: ViscosityScheme, incremental: bool, jolts: bool) -
 fn the_flow_between_plates_is_the_same_in_steps_of_any_length() {
     for viscosity in [ViscosityScheme::Auto, ViscosityScheme::Implicit, ViscosityScheme::CrankNicolson] {
         for incremental in [false, true] {
-            for dt in [0.3, 4.0, 16.0] {
+            for dt in [1.0, 4.0, 16.0] {
                 // In steps of 16 dx^2/nu the trapezoidal rule has hardly damped the shortest waves of the start.
                 if viscosity == ViscosityScheme::CrankNicolson && dt > 4.0 {
                     continue;

@@ -252,14 +252,21 @@ fn fills(case: &Case, liquid: &LiquidRegion) -> bool {
     volume_within(case, liquid).is_some_and(|v| v >= 0.99 * case.domain.extent().element_product())
 }
 
-/// Whether liquid and gas, each with its viscosity, are in the box as a run begins.
+/// Whether liquid and gas, each with its viscosity, are in the box as a run begins; two liquids that fill it together count as if gas were between.
 fn has_interface(case: &Case) -> bool {
     let is_implicit = !matches!(case.fluid.viscosity, ViscosityScheme::Off | ViscosityScheme::Explicit);
+    if !is_implicit || !are_unlike(&fluid::fluids(case)) {
+        return false;
+    }
     // What fills the box before a region is put in, and whether there are both already.
     let (_, both) = case.liquids.iter().fold((FluidName::Gas, false), |(filling, both), region| {
-        if fills(case, region) { (region.fluid, false) } else { (filling, both || region.fluid != filling) }
+        if fills(case, region) {
+            (region.fluid, false)
+        } else {
+            (filling, both || region.fluid != filling && volume_within(case, region) != Some(0.0))
+        }
     });
-    is_implicit && both && are_unlike(&fluid::fluids(case))
+    both
 }
 
 /// A liquid that falls on a bed. Up to the impact the largest speed is 1.7 times its own `U`, that of the gas round it. A time `t` after it, that
