@@ -104,9 +104,9 @@ impl Curvatures {
         Self { kappa: domain.field(NONE), weight: domain.field(0.0), beside_grains: None }
     }
 
-    /// Finds that of each cell from what is around it, but in those that grains of the solid fraction `covers` cover whole.
-    fn find(&mut self, domain: &Domain, around: &Surroundings<'_>, covers: Option<&[Real]>) {
-        let c = around.c;
+    /// Finds that of each cell from what is around it, but in those that grains that it is continued into cover whole.
+    fn find(&mut self, domain: &Domain, around: &Surroundings<'_>, continued: Option<&Continued>) {
+        let (c, covers) = (around.c, continued.map(Continued::covers));
         let fields = (self.kappa.data_mut(), self.weight.data_mut());
         domain.for_each_row(&domain.interior(), fields, |row, (kappa, weight)| {
             for ((kappa, weight), at) in kappa.iter_mut().zip(weight).zip(row.shifted(0)) {
@@ -122,8 +122,8 @@ impl Curvatures {
             }
         });
         self.fill_halos(domain);
-        if let Some(alpha) = covers {
-            self.extend(domain, alpha);
+        if let Some(continued) = continued {
+            self.extend(domain, continued);
         }
     }
 
@@ -132,10 +132,11 @@ impl Curvatures {
         domain.fill_halos_to(1, &mut [(&mut self.weight, &GhostRules::EVEN)]);
     }
 
-    /// Gives cells that grains of the solid fraction `alpha` cover by more than half the mean of the curvatures around them, with the least weight:
+    /// Gives cells that grains cover by more than half the mean of the curvatures around them, with the least weight:
     /// what is continued into the grains has none of its own, and gas would be driven round the line of contact by the difference. Without a
     /// curvature around they keep theirs.
-    fn extend(&mut self, domain: &Domain, alpha: &[Real]) {
+    fn extend(&mut self, domain: &Domain, continued: &Continued) {
+        let (alpha, rows) = (continued.covers(), continued.rows());
         let Self { kappa, weight, beside_grains } = self;
         let (next, next_weight) = beside_grains.get_or_insert_with(|| (domain.field(NONE), domain.field(0.0)));
         let (own, weights, strides) = (kappa.data(), weight.data(), domain.strides());
@@ -150,14 +151,21 @@ impl Curvatures {
         };
         let fields = (next.data_mut(), next_weight.data_mut());
         domain.for_each_row(&domain.interior(), fields, |row, (next, next_weight)| {
+            if !rows.holds(row.j, row.k) {
+                return;
+            }
             for ((next, next_weight), at) in next.iter_mut().zip(next_weight).zip(row.shifted(0)) {
                 let is_cut = own[at] != NONE && 1.0 - alpha[at] < TELLS;
                 let found = if is_cut { mean(at) } else { None };
                 (*next, *next_weight) = found.unwrap_or((own[at], weights[at]));
             }
         });
-        std::mem::swap(kappa, next);
-        std::mem::swap(weight, next_weight);
+        domain.for_each_row(&domain.interior(), (kappa.data_mut(), weight.data_mut()), |row, (kappa, weight)| {
+            if rows.holds(row.j, row.k) {
+                kappa.copy_from_slice(&next.data()[row.shifted(0)]);
+                weight.copy_from_slice(&next_weight.data()[row.shifted(0)]);
+            }
+        });
         self.fill_halos(domain);
     }
 }
@@ -311,7 +319,7 @@ impl SurfaceTension {
             Curvature::Found => {
                 self.heights.find(domain, liquid);
                 let around = Surroundings::new(domain, c, &self.heights);
-                self.found.find(domain, &around, self.continued.as_ref().map(Continued::covers));
+                self.found.find(domain, &around, self.continued.as_ref());
             }
         }
         if let Some(pores) = &mut self.pores {

@@ -327,3 +327,36 @@ fn a_run_that_fails_or_is_stopped_leaves_a_report_that_says_so() {
     let page = report("ended");
     assert!(!page.is_empty() && !page.contains("The run was stopped at") && !page.contains("The run failed"));
 }
+
+#[test]
+fn surface_tension_takes_the_memory_that_is_foretold() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("ball.toml"), include_str!("../cases/wide-ball.toml")).unwrap();
+    let mebibytes = |changes: &[&str]| {
+        let set: Vec<&str> = changes.iter().flat_map(|change| ["--set", change]).collect();
+        let with = |arguments: &[&str]| {
+            let output = sazanami(folder.path(), &[arguments, &set].concat());
+            assert!(output.status.success(), "{}", text(&output.stderr));
+            output
+        };
+        let report = with(&["check", "ball.toml", "--json"]);
+        let report: serde_json::Value = serde_json::from_slice(&report.stdout).unwrap();
+        let foretold = report["report"]["memory_bytes"].as_f64().unwrap() / f64::from(1 << 20);
+        let said = text(&with(&["run", "ball.toml", "--verbose", "--threads", "1", "--out", "out"]).stderr);
+        std::fs::remove_dir_all(folder.path().join("out")).unwrap();
+        let taken = said.rsplit(", ").find_map(|part| part.split_once(" MiB at most")).unwrap().0;
+        [foretold, taken.parse().unwrap()]
+    };
+    let narrow = "grains.0.shape.sphere.diameter=0.3 mm";
+    let tension = "fluid.surface_tension=72.8 mN/m";
+    let cases: [(&[&str], &[&str]); 3] = [
+        (&[], &[tension]),
+        (&[narrow], &[narrow, tension]),
+        (&[narrow], &[narrow, tension, "fluid.entry_pressure=300 Pa"]),
+    ];
+    for (without, with) in cases {
+        let [without, more] = [without, with].map(mebibytes);
+        let [foretold, taken] = [0, 1].map(|n| more[n] - without[n]);
+        assert!(taken > 15.0 && (0.8..1.25).contains(&(foretold / taken)), "{with:?}: {foretold} for {taken} MiB");
+    }
+}

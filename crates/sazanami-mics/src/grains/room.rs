@@ -68,7 +68,7 @@ fn split(l: Real, v: Real, beside: Real) -> [Real; 2] {
 
 /// The open part of the cells, and what the equations of the whole cells owe to the grains.
 pub(crate) struct Room {
-    /// Open part V, one ghost layer filled.
+    /// Open part V, ghosts filled.
     open: Field<Real>,
     /// Liquid fraction before the sweeps.
     fraction: Field<Real>,
@@ -118,7 +118,7 @@ impl Room {
     /// Fills ghosts, and finds the rows that are not wholly open.
     pub fn complete(&mut self, domain: &Domain, imprint: &mut Imprint) {
         imprint.fill_halos(domain);
-        domain.fill_halos_to(1, &mut [(&mut self.open, &GhostRules::EVEN)]);
+        domain.fill_halos(&mut [(&mut self.open, &GhostRules::EVEN)]);
         self.mark(domain, imprint);
     }
 
@@ -389,7 +389,7 @@ impl Room {
                 }
             }
         });
-        domain.fill_halos_to(1, &mut [(&mut self.open, &GhostRules::EVEN)]);
+        domain.fill_halos(&mut [(&mut self.open, &GhostRules::EVEN)]);
         let report = self.settle(domain, boundary, imprint, flow, Some(dt));
         self.mark(domain, imprint);
         self.keep(domain, &flow.velocity);
@@ -443,7 +443,7 @@ impl Room {
                 }
             }
         });
-        domain.fill_halos_to(1, &mut [(&mut self.open, &GhostRules::EVEN)]);
+        domain.fill_halos(&mut [(&mut self.open, &GhostRules::EVEN)]);
         let report = self.settle(domain, boundary, imprint, flow, None);
         self.complete(domain, imprint);
         let rules = boundary.volume_fraction_rules();

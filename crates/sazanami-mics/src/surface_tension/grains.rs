@@ -238,6 +238,11 @@ impl Continued {
         Vector::from_array(sum) * domain.grid().cell_volume()
     }
 
+    /// Rows with such grains and those beside them.
+    pub fn rows(&self) -> &RowSet {
+        &self.rows
+    }
+
     /// Solid fraction of the grains with an angle, one ghost layer filled.
     pub fn covers(&self) -> &[Real] {
         self.solid[0].data()

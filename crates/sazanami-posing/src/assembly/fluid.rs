@@ -124,13 +124,17 @@ pub fn surface_tension(case: &Case, domain: &Domain, boundary: &Boundary) -> Opt
         return entry_pressure(case).map(|_| of_pores(SurfaceTension::new(domain, boundary, 0.0, Curvature::Found)));
     };
     let tension = SurfaceTension::new(domain, boundary, coefficient, Curvature::Found);
-    let narrow = (1.0 - 1e-9) * WIDE * domain.grid().spacing.max_element();
-    // The size of a shape from a file is not known yet.
+    let angle = case.fluid.contact_angle.and_then(|angles| angles.grains).unwrap_or(FRAC_PI_2);
+    let has_wide = has_wide_grains(case, domain.grid().spacing);
+    Some(of_pores(if has_wide { tension.with_angle_on_grains(domain, boundary, angle) } else { tension }))
+}
+
+/// Whether grains may be wide enough on cells of this size [m] to have a contact angle; the size of a shape from a file is not known yet.
+pub fn has_wide_grains(case: &Case, spacing: Vector) -> bool {
+    let narrow = (1.0 - 1e-9) * WIDE * spacing.max_element();
     let may_be_wide =
         |grains: &Population| grains.shape.size().is_none_or(|size| size * grains.sizes().largest() > narrow);
-    let have_angle = case.coupling.exchange == Exchange::Surface && case.grains.iter().any(may_be_wide);
-    let angle = case.fluid.contact_angle.and_then(|angles| angles.grains).unwrap_or(FRAC_PI_2);
-    Some(of_pores(if have_angle { tension.with_angle_on_grains(domain, boundary, angle) } else { tension }))
+    case.coupling.exchange == Exchange::Surface && case.grains.iter().any(may_be_wide)
 }
 
 /// Entry pressure of beds of narrow grains \[Pa], if there is one.

@@ -5,6 +5,7 @@ use sazanami_numerics::Real;
 
 use super::populations::{exchange_of, spheres_of};
 use super::{CheckReport, CostModel, bytes, disk::points, particles, pictures, volumes};
+use crate::assembly::fluid::{entry_pressure, has_wide_grains, surface_tension_coefficient};
 use crate::case::meaning::{Case, Exchange, Population, Solver};
 use crate::case::{Diagnostics, LoadedCase};
 use crate::machine::{Machine, MemoryLimit};
@@ -28,6 +29,12 @@ const MEMORY_SURFACES: Real = 56.0;
 const MEMORY_ACCELERATION: Real = 24.0;
 /// Memory of liquid that has only the open part of the cells as its room [bytes per cell]: sixteen fields.
 const MEMORY_ROOM: Real = 128.0;
+/// Memory of surface tension or an entry pressure [bytes per cell]: heights, curvatures, jumps, and three fields of the step.
+const MEMORY_TENSION: Real = 100.0;
+/// Memory of the angle at which an interface meets grains [bytes per cell]: planes, liquid and lines of contact in the grains.
+const MEMORY_ANGLE: Real = 100.0;
+/// Memory of the pores of an entry pressure [bytes per cell]: seven fields.
+const MEMORY_PORES: Real = 56.0;
 /// Memory of a point of a probe's line: values, and their columns \[bytes].
 const MEMORY_POINT: Real = 1e3;
 
@@ -89,7 +96,14 @@ fn fluid_memory(case: &Case, model: &CostModel) -> Real {
 fn per_cell(case: &Case, model: &CostModel) -> Real {
     let surfaces = matches!(exchange_of(case, &[]), Some((Exchange::Surface, _)));
     let implicit = !matches!(case.fluid.viscosity, ViscosityScheme::Explicit | ViscosityScheme::Off);
-    let asked = [(surfaces, MEMORY_SURFACES + MEMORY_ROOM), (implicit && !surfaces, MEMORY_ACCELERATION)];
+    let (tension, pores) = (surface_tension_coefficient(case).is_some(), entry_pressure(case).is_some());
+    let asked = [
+        (surfaces, MEMORY_SURFACES + MEMORY_ROOM),
+        (implicit && !surfaces, MEMORY_ACCELERATION),
+        (tension || pores, MEMORY_TENSION),
+        (tension && has_wide_grains(case, case.domain.spacing()), MEMORY_ANGLE),
+        (pores, MEMORY_PORES),
+    ];
     let extra: Real = asked.iter().filter(|(asked, _)| *asked).map(|(_, bytes)| bytes).sum();
     model.memory_cell + extra + pictures::memory_per_cell(case, model)
 }

@@ -573,7 +573,7 @@ impl Room {
                 excess[i] = 0.0;
             }
         });
-        domain.fill_halos_to(1, &mut [(&mut self.open, &GhostRules::EVEN)]);
+        domain.fill_halos(&mut [(&mut self.open, &GhostRules::EVEN)]);
     }
 
     /// Takes what cells without grains were too light to take out of what is given; returns the momentum that this adds, over all
