@@ -240,6 +240,12 @@ impl Case {
                     "take a word of {LONGEST_NAME} bytes at most, without slashes, control characters and blanks at its ends"
                 ));
         }
+        if self.title.contains(char::is_control) {
+            cx.report
+                .error(table.place("title"), "`title` has control characters")
+                .label("it is shown in a terminal and on pages")
+                .help("leave them out");
+        }
         if self.materials.iter().any(|material| material.name.trim().is_empty()) {
             cx.report
                 .error(cx.places.at("material"), "a material has no name")
@@ -258,7 +264,8 @@ impl Case {
         }
         // Contacts have taken it over.
         self.dem.tension = false;
-        check_names(&self.grains, cx);
+        check_names("grains", "populations", &self.grains, |population| &population.name, cx);
+        check_names("liquid", "liquids", &self.liquids, |liquid| &liquid.name, cx);
         cross_checks::check(self, cx);
         moving_particles::check(self, cx);
     }

@@ -132,10 +132,17 @@ pub fn value_paths() -> Vec<String> {
 fn unknown(names: &[&str], docs: &TableDoc) -> Explained {
     let mut docs = docs.clone();
     let mut path = String::new();
-    for name in names {
+    for (n, name) in names.iter().enumerate() {
         let Some(key) = docs.keys.iter().find(|key| key.name == *name) else {
             let known: Vec<String> = docs.keys.iter().map(|key| joined(&path, key.name)).collect();
-            let here = nearest(name, docs.keys.iter().map(|key| key.name)).map(|meant| joined(&path, meant));
+            let here = nearest(name, docs.keys.iter().map(|key| key.name)).map(|meant| {
+                let here = joined(&path, meant);
+                let whole = names[n + 1..].iter().fold(here.clone(), |path, name| joined(&path, name));
+                match explain(&whole) {
+                    Explained::Text(_) => whole,
+                    Explained::Unknown { meant, .. } => meant.filter(|meant| meant.starts_with(&here)).unwrap_or(here),
+                }
+            });
             let mut all = Vec::new();
             all_keys("", &Case::docs(), 0, &mut all);
             let anywhere = || {

@@ -14,6 +14,7 @@
 //! assert!(error.to_string().contains("did you mean `until`?"));
 //! ```
 
+pub mod amounts;
 mod bridges;
 mod case;
 mod changed;
@@ -138,15 +139,39 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<LoadedCase, Box<CaseErr
             diagnostics
                 .error_in_file("the case file cannot be read")
                 .label(why)
-                .help("`sazanami new` lists templates for case files");
+                .help(beside(path).unwrap_or("`sazanami new` lists templates for case files".to_owned()));
             Err(Box::new(CaseError { source, diagnostics }))
         }
     }
 }
 
+/// The case file in the folder of a `path` that was meant by it, if there is nothing there.
+fn beside(path: &Path) -> Option<String> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if path.exists() {
+        return None;
+    }
+    let names: Vec<String> = std::fs::read_dir(folder)
+        .ok()?
+        .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
+        .filter(|name| name.ends_with(".toml"))
+        .collect();
+    let meant = nearest(path.file_name()?.to_str()?, names.iter().map(String::as_str))?;
+    Some(format!("did you mean `{}`?", path.with_file_name(meant).display()))
+}
+
+/// Whether this is a pipe, whose opening waits for somebody to write to it; those of a shell have names of their own.
+fn is_pipe(path: &Path) -> bool {
+    let of_shell = ["/dev", "/proc"].iter().any(|folder| path.starts_with(folder));
+    !of_shell && std::fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
+}
+
 /// The text of a case file, or why there is none.
 fn text_of(path: &Path) -> Result<String, String> {
     use std::io::Read as _;
+    if is_pipe(path) {
+        return Err("this is a pipe, not a file".to_owned());
+    }
     let mut bytes = Vec::new();
     // Devices and pipes say nothing of their length, and some have no end.
     let read = std::fs::File::open(path).and_then(|file| file.take(LONGEST + 1).read_to_end(&mut bytes));
@@ -195,16 +220,23 @@ pub fn parse(path: &Path, text: &str, overrides: &[String]) -> Result<LoadedCase
     }
 }
 
+/// Whether there is a comma between digits at byte `at` of the text.
+fn is_decimal_comma(text: &str, at: usize) -> bool {
+    let is_digit = |at: Option<usize>| at.and_then(|at| text.as_bytes().get(at)).is_some_and(u8::is_ascii_digit);
+    text.as_bytes().get(at) == Some(&b',') && is_digit(at.checked_sub(1)) && is_digit(Some(at + 1))
+}
+
 fn read_source(source: &Source, name: &str, folder: &Path, report: &mut Diagnostics) -> Option<(Case, Places)> {
     let padded = overrides::padded_values(source);
     let (mut tree, syntax_errors) = DeTable::parse_recoverable(source.text());
     for error in syntax_errors.iter().take(MOST_ERRORS) {
-        report.error(error.span().unwrap_or(0..0), "this is not TOML").label(error.message().to_owned()).help(
-            match error.message() {
-                "duplicate key" => "a key stands once in its table: leave out one of the two",
-                _ => "texts stand in quotes, tables in brackets, lists in brackets with commas",
-            },
-        );
+        let span = error.span().unwrap_or(0..0);
+        let help = match error.message() {
+            "duplicate key" => "a key stands once in its table: leave out one of the two",
+            _ if is_decimal_comma(source.text(), span.start) => "decimals follow a decimal point, not a comma",
+            _ => "texts stand in quotes, tables in brackets, lists in brackets with commas",
+        };
+        report.error(span, "this is not TOML").label(error.message().to_owned()).help(help);
     }
     if !syntax_errors.is_empty() {
         return None;

@@ -6,6 +6,7 @@ mod gates;
 use sazanami_mps::scheme::{CONJUGATE_RADIUS, ParticleProjection, Turbulence};
 use sazanami_numerics::Real;
 
+use crate::amounts::{at_least, length};
 use crate::case::Case;
 use crate::driven::resists;
 use crate::presets::{Preset, Solver};
@@ -149,9 +150,9 @@ fn check_spheres(case: &Case, cx: &mut Context<'_>) {
             cx.report
                 .error(span, format!("`{}` is too large for its tank", population.name))
                 .label(format!(
-                    "up to {:.4} mm, more than a quarter of the shortest edge, {:.4} mm",
-                    1e3 * largest,
-                    1e3 * smallest
+                    "up to {}, more than a quarter of the shortest edge, {}",
+                    length(largest),
+                    length(smallest)
                 ))
                 .help("make the tank wider or the grains smaller");
         }
@@ -307,7 +308,7 @@ fn check_lattice(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
         if extent[d] < needed {
             cx.report
                 .error(span.clone(), format!("the tank is too short along x{} for the radius of influence", d + 1))
-                .label(format!("{:.4} mm; it has to be {:.4} mm at least", 1e3 * extent[d], 1e3 * needed))
+                .label(format!("{}; it has to be {} at least", length(extent[d]), at_least(needed)))
                 .help("make the tank longer or the particles smaller");
             continue;
         }
@@ -327,7 +328,7 @@ fn check_lattice(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
             let span = cx.places.at(&format!("liquid.{n}"));
             cx.report
                 .error(span, format!("`{}` is deeper than the tank", liquid.name))
-                .label(format!("it reaches up to {:.4} mm, the tank to {:.4} mm", 1e3 * top, 1e3 * case.domain.upper.z))
+                .label(format!("it reaches up to {}, the tank to {}", length(top), length(case.domain.upper.z)))
                 .help("make the tank higher or the water shallower");
         }
     }

@@ -125,6 +125,15 @@ impl<'t> At<'t> {
         }
     }
 
+    /// A text, empty if the value is none.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        match self.value {
+            Some(DeValue::String(text)) => text,
+            _ => "",
+        }
+    }
+
     /// A whole number.
     #[must_use]
     pub fn integer(&self) -> Option<i64> {

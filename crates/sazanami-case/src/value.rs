@@ -168,6 +168,12 @@ fn quantity(at: &At<'_>, key: &KeyDoc, unit: Quantity, cx: &mut Context<'_>) -> 
     }
 }
 
+/// Whether these are digits, perhaps behind a sign.
+fn is_number(text: &str) -> bool {
+    let digits = text.trim().trim_start_matches(['-', '+']);
+    !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit())
+}
+
 fn number(at: &At<'_>, key: &KeyDoc, cx: &mut Context<'_>) -> Option<Real> {
     match at.number() {
         Some(value) if value.is_finite() => Some(value),
@@ -179,10 +185,14 @@ fn number(at: &At<'_>, key: &KeyDoc, cx: &mut Context<'_>) -> Option<Real> {
             None
         }
         None => {
+            let help = match at.text().split_once(',').filter(|(before, after)| is_number(before) && is_number(after)) {
+                Some((before, after)) => format!("decimals follow a decimal point: write {before}.{after}"),
+                None => "this quantity has no dimension: leave out quotes and unit".to_owned(),
+            };
             cx.report
                 .error(at.span.clone(), format!("`{}` is not a number", key.name))
                 .label(format!("{}; expected a number without unit", at.kind()))
-                .help("this quantity has no dimension: leave out quotes and unit");
+                .help(help);
             None
         }
     }

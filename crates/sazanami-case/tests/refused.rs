@@ -314,3 +314,76 @@ fn names_that_are_none_are_refused() {
         assert!(findings(&[name]).is_empty(), "{name}");
     }
 }
+
+#[test]
+fn names_and_titles_that_cannot_be_shown_are_refused() {
+    let drop = |name: &str| format!("{{ name = {name}, region.sphere.diameter = \"1 mm\", above_bed = \"2 mm\" }}");
+    refused("title=\"a\\u001bb\"", "`title` has control characters");
+    for name in ["\"\"", "\" \"", "\"a\\tb\""] {
+        refused(&format!("grains.0.name={name}"), "has a name that cannot be shown");
+        refused(&format!("liquid=[{}]", drop(name)), "has a name that cannot be shown");
+    }
+    let rain = drop("\"rain\"");
+    let found = findings(&[&format!("liquid=[{rain}, {rain}]")]);
+    assert!(found.len() == 1 && found[0].contains("two liquids are called `rain`"), "{found:#?}");
+    // Negative control.
+    assert!(findings(&["title=\"砂と水\"", "grains.0.name=\"砂\"", &format!("liquid=[{rain}]")]).is_empty());
+}
+
+#[test]
+fn sizes_that_cannot_be_read_are_one_error_each() {
+    for (size, words) in [
+        ("{ sigma = 3 }", "`sigma` has to lie between 0 and 2"),
+        ("{ sigma = \"0.3\" }", "`sigma` is not a number"),
+        ("{ sigma = 0.3, median = \"1 mm\" }", "`median` is not a number"),
+        ("{ sigma = 0.3, lower = 2, upper = 0.5 }", "`lower` lies above `upper`"),
+        ("{ sigma = 0.3, upper = 0.1 }", "`lower` lies above `upper`"),
+    ] {
+        refused(&format!("grains.0.size={{ lognormal = {size} }}"), words);
+    }
+    assert!(findings(&["grains.0.size={ lognormal = { sigma = 0.3, lower = 0.5, upper = 2 } }"]).is_empty());
+}
+
+#[test]
+fn a_fall_leads_downwards() {
+    let falling = |angle: &str| {
+        let fall = format!("fall = {{ speed = \"1 m/s\", angle = \"{angle}\" }}");
+        format!("liquid=[{{ region.sphere.diameter = \"1 mm\", above_bed = \"2 mm\", {fall} }}]")
+    };
+    for angle in ["90 deg", "120 deg", "-179 deg", "1e10 rad"] {
+        refused(&falling(angle), "does not lead downwards");
+    }
+    assert!(findings(&[&falling("-89 deg")]).is_empty());
+}
+
+#[test]
+fn a_decimal_comma_is_named() {
+    refused("fluid.cfl=\"0,3\"", "decimals follow a decimal point: write 0.3");
+    let found = findings_of(&BASE.replace("[domain]", "[fluid]\ncfl = 0,3\n[domain]"), &[]);
+    assert!(found.len() == 1 && found[0].contains("decimals follow a decimal point"), "{found:#?}");
+    // A text is none, nor a list without its brackets.
+    for text in ["\"fast\"", "\"0,\"", "\"a,b\""] {
+        refused(&format!("fluid.cfl={text}"), "leave out quotes and unit");
+    }
+}
+
+#[test]
+fn a_misspelt_file_is_found_beside_it() {
+    let folder = std::env::temp_dir().join(format!("sazanami-misspelt-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("quick.toml"), BASE).unwrap();
+    let said = |name: &str| sazanami_case::load(&folder.join(name), &[]).unwrap_err().to_string();
+    assert!(said("qiuck.toml").contains("quick.toml`?"), "{}", said("qiuck.toml"));
+    assert!(said("other.toml").contains("sazanami new"), "{}", said("other.toml"));
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn a_misspelt_table_keeps_the_rest_of_a_key() {
+    for (path, meant) in
+        [("flid.viscosity", "fluid.viscosity"), ("fluid.viscosty", "fluid.viscosity"), ("flid.abc", "fluid")]
+    {
+        let Explained::Unknown { meant: Some(found), .. } = explain(path) else { panic!("{path} is no key") };
+        assert_eq!(found, meant);
+    }
+}

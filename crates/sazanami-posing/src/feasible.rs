@@ -20,9 +20,9 @@ use sazanami_io::bed::Bed;
 use sazanami_numerics::geometry::{Exact, Shape};
 use sazanami_numerics::{Quaternion, Real};
 
-use crate::amounts::{self, length};
 use crate::assembly::grains;
 use crate::assembly::shapes::shape_of;
+use crate::case::amounts::{self, length};
 use crate::case::meaning::{
     BedFile, BoundarySide, Case, ContactSphereChoice, Exchange, GrainPlacement, GrainShape, MOST_ON_SHELL, Motion,
     Population,
@@ -358,8 +358,11 @@ impl Search<'_> {
             let Some(d) = (0..3).find(is_short) else { continue };
             self.report
                 .error(self.span_of_shape(n), format!("`{}` is too long for the periodic box", population.name))
-                .label(format!("the box is {:.4} mm long along x{}", 1e3 * extent[d], d + 1))
-                .help(format!("it has to be {:.4} mm at least: make it longer, or the grains smaller", 1e3 * needed));
+                .label(format!("the box is {} long along x{}", length(extent[d]), d + 1))
+                .help(format!(
+                    "it has to be {} at least: make it longer, or the grains smaller",
+                    amounts::at_least(needed)
+                ));
         }
     }
 
@@ -405,9 +408,9 @@ impl Search<'_> {
             self.report
                 .error(self.span_of_shape(n), format!("`{}` is too large to be packed into this box", population.name))
                 .label(format!(
-                    "up to {:.4} mm between places of the lattice, the box is {:.4} mm long along x{}",
-                    1e3 * needed,
-                    1e3 * extent[d],
+                    "up to {} between places of the lattice, the box is {} long along x{}",
+                    length(needed),
+                    length(extent[d]),
                     d + 1
                 ))
                 .help("check the units of the shape; else make the box wider");
@@ -440,9 +443,9 @@ impl Search<'_> {
             self.report
                 .error(span, format!("{name} lies where other grains are packed"))
                 .label(format!(
-                    "it reaches down to {:.4} mm above the floor, the bed perhaps up to {:.4} mm",
-                    (height - floor) * 1e3,
-                    (top - floor) * 1e3
+                    "it reaches down to {} above the floor, the bed perhaps up to {}",
+                    length(height - floor),
+                    length(top - floor)
                 ))
                 .help(APART);
         }

@@ -36,7 +36,6 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-pub mod amounts;
 pub mod assembly;
 pub mod check;
 pub mod feasible;

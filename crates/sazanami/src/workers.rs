@@ -100,6 +100,7 @@ impl fmt::Display for Possible {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { below, above, most } = self;
         match above {
+            Some(above) if above == most => write!(formatter, "{below} or {above}, which is the most"),
             Some(above) => write!(formatter, "{below} or {above}, and {most} at most"),
             None => write!(formatter, "{most} at most"),
         }

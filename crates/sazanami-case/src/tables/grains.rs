@@ -8,6 +8,7 @@ use sazanami_numerics::{Real, Vector};
 
 use super::contact_spheres::ContactSphereKeys;
 use super::{ContactSphereChoice, GrainPlacement, GrainShape, Share, SizeDistribution};
+use crate::amounts::length;
 use crate::presets::{Paper, Solver};
 use crate::read::{Context, Table};
 use crate::suggest::nearest;
@@ -273,11 +274,16 @@ impl Population {
                 {
                     cx.report
                         .error(table.place("placement"), "no grain lies below the level of this bed")
-                        .label(format!("levelled at {} mm at most", rounded(1e3 * level)))
-                        .help(format!(
-                            "the thinnest grain is {} mm thick: take a higher `level`",
-                            rounded(1e3 * thinnest)
-                        ));
+                        .label(format!("levelled at {} at most", length(level)))
+                        .help(format!("the thinnest grain is {} thick: take a higher `level`", length(thinnest)));
+                }
+                let height = cx.known.domain.extent().z;
+                if let Some(level) = packing.highest_level().filter(|level| *level > height && height > 0.0) {
+                    let title = "the level of this bed lies above the box: nothing is taken away";
+                    cx.report
+                        .warning(Some(table.place("placement")), title)
+                        .label(format!("levelled at {} at most, the box is {} high", length(level), length(height)))
+                        .help("lower `level`, or leave it out");
                 }
                 if table.has("count") {
                     return self.count;
@@ -305,15 +311,24 @@ impl Population {
     }
 }
 
-/// Names tell populations apart in results.
-pub(crate) fn check_names(populations: &[Population], cx: &mut Context<'_>) {
-    let mut names: Vec<&str> = populations.iter().map(|population| population.name.as_str()).collect();
+/// Names tell the `things` of a list of tables apart in results.
+pub(crate) fn check_names<T>(list: &str, things: &str, all: &[T], name: impl Fn(&T) -> &String, cx: &mut Context<'_>) {
+    let mut names: Vec<&str> = all.iter().map(|one| name(one).as_str()).collect();
+    let place = |n: usize, cx: &Context<'_>| {
+        let of = format!("{list}.{n}");
+        cx.places.of(&format!("{of}.name")).or_else(|| cx.places.near(&of)).unwrap_or(0..0)
+    };
+    if let Some(n) = names.iter().position(|name| name.trim().is_empty() || name.contains(char::is_control)) {
+        cx.report
+            .error(place(n, cx), format!("one of the {things} has a name that cannot be shown"))
+            .label("it is empty, blank or has control characters")
+            .help("give it a word for a name, or leave `name` out");
+    }
     names.sort_unstable();
     if let Some(twice) = names.windows(2).find(|pair| pair[0] == pair[1]) {
-        let span = cx.places.near(&format!("grains.{}", populations.len() - 1)).unwrap_or(0..0);
         cx.report
-            .error(span, format!("two populations are called `{}`", twice[0]))
-            .label("results refer to populations by name")
+            .error(place(all.len() - 1, cx), format!("two {things} are called `{}`", twice[0]))
+            .label("results refer to them by name")
             .help("give each a `name` of its own");
     }
 }

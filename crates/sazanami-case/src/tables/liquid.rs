@@ -1,11 +1,14 @@
 //! `[[liquid]]`: where liquid (or a bubble) is at first.
 
+use std::f64::consts::FRAC_PI_2;
+
 use sazanami_case_derive::Keys;
 use sazanami_mics::flow::DropVelocity;
 use sazanami_numerics::{Real, Vector};
 
 use super::grains::numbered;
 use super::{BoundarySide, BoxDomain, FluidName, Region};
+use crate::amounts::length;
 use crate::presets::Solver;
 use crate::read::{Context, Table};
 
@@ -64,6 +67,13 @@ impl VelocityKeys {
                 .error(table.span(), "`velocity` and `fall` say the same thing twice")
                 .label("this liquid has both")
                 .help("keep one of the two");
+        }
+        if self.fall.is_some_and(|fall| fall.angle.abs() > FRAC_PI_2 - 1e-9) {
+            let span = cx.places.near(&format!("{}.fall.angle", table.at().path)).unwrap_or(table.span());
+            cx.report
+                .error(span, "this fall does not lead downwards")
+                .label("measured from the vertical")
+                .help("take an angle below 90 deg, or a `velocity` for a liquid that does not fall");
         }
         self.velocity.or(self.fall.map(Fall::velocity)).unwrap_or(Vector::ZERO)
     }
@@ -219,7 +229,7 @@ impl LiquidRegion {
         if bottom < 0.0 && !self.allow_touching_grains {
             cx.report
                 .error(place, "the liquid begins within the bed")
-                .label(format!("its lowest point lies {:.4} mm below the highest grain", -bottom * 1e3))
+                .label(format!("its lowest point lies {} below the highest grain", length(-bottom)))
                 .help("raise it, or write `allow_touching_grains = true`");
         }
     }

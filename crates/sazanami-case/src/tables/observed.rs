@@ -6,6 +6,7 @@ use sazanami_observe::erosion::CountedGrains;
 use sazanami_observe::heap::HeapShape;
 
 use super::Population;
+use crate::amounts::length;
 use crate::read::{Context, Table};
 use crate::units::{rounded, rounded_within};
 use crate::value::Range1;
@@ -166,7 +167,7 @@ impl Erosion {
         if self.dr * 3.2 > self.r_max {
             cx.report
                 .error(table.span(), "the layers of the crater are too thick")
-                .label(format!("{:.4} mm each out to {:.4} mm", self.dr * 1e3, self.r_max * 1e3))
+                .label(format!("{} each out to {}", length(self.dr), length(self.r_max)))
                 .help("`r_max` has to be at least 3.2 times `dr`: lower `dr` or raise `r_max`");
         }
     }

@@ -1,5 +1,7 @@
 //! `size` of `[[grains]]`: distribution of the size factors.
 
+use std::cmp::Ordering;
+
 use sazanami_case_derive::Keys;
 use sazanami_numerics::Real;
 
@@ -131,8 +133,14 @@ impl SizeDistribution {
                     *self = Self::Equal;
                 }
             }
-            Self::Uniform { lower, upper } | Self::Lognormal { lower, upper, .. } if *lower > *upper => {
-                cx.report.error(at.span.clone(), "`lower` lies above `upper`").label("exchange the two");
+            Self::Uniform { lower, upper } | Self::Lognormal { lower, upper, .. }
+                if (*lower).partial_cmp(upper).is_none_or(Ordering::is_gt) =>
+            {
+                // What could not be read is no number, and has been reported.
+                if lower > upper {
+                    cx.report.error(at.span.clone(), "`lower` lies above `upper`").label("exchange the two");
+                }
+                *self = Self::Equal;
             }
             _ => {}
         }

@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use sazanami::analyse::analyse;
+use sazanami::case::amounts::estimate;
 use sazanami::error::{CommandError, exit};
 use sazanami::machine::Machine;
-use sazanami::progress::{Progress as _, duration};
+use sazanami::progress::Progress as _;
 use sazanami_picture::Painter;
 use sazanami_sweep::{Outcome, Plan, SideBySide, TABLE};
 
@@ -97,28 +98,31 @@ impl Sweep {
     }
 }
 
+/// A range of estimated times \[s].
+fn times(ends: [f64; 2]) -> String {
+    let [start, most] = ends.map(estimate);
+    if start == most { start } else { format!("{start} to {most}") }
+}
+
 /// Shows the runs and what they need.
 fn list(sweep: &sazanami_sweep::Sweep, side_by_side: SideBySide) {
     let states = sweep.states();
     for (run, found) in sweep.runs().iter().zip(&states) {
-        let [start, most] = run.needs.wall;
         outln!(
-            "{:<10}  {}  ({:.0} MB memory, {:.2} GB disk, {} to {})",
+            "{:<10}  {}  ({:.0} MB memory, {:.2} GB disk, {})",
             found.state.word(),
             run.name,
             run.needs.memory / 1e6,
             run.needs.disk / 1e9,
-            duration(start),
-            duration(most)
+            times(run.needs.wall)
         );
     }
     let SideBySide { runs, threads } = side_by_side;
     let walls = |n: usize| sweep.runs().iter().map(|run| run.needs.wall[n]).sum::<f64>() / runs as f64;
     outln!(
-        "{} runs, {runs} at a time on {threads} threads each: about {} to {} in all, {:.2} GB on disk",
+        "{} runs, {runs} at a time on {threads} threads each: about {} in all, {:.2} GB on disk",
         sweep.runs().len(),
-        duration(walls(0)),
-        duration(walls(1)),
+        times([walls(0), walls(1)]),
         sweep.runs().iter().map(|run| run.needs.disk).sum::<f64>() / 1e9
     );
 }

@@ -158,9 +158,10 @@ impl LinearSpringDashpot {
 
 impl Display for LinearSpringDashpot {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
-        write!(f, "stiffness {:.3e} N/m, ", self.normal_stiffness)?;
+        let short = |value: Real| format!("{value:.3e}").parse::<Real>().unwrap_or(value);
+        write!(f, "stiffness {} N/m, ", short(self.normal_stiffness))?;
         match self.damping {
-            Damping::Literal { normal, .. } => write!(f, "dashpot {normal:.3e} N s/m")?,
+            Damping::Literal { normal, .. } => write!(f, "dashpot {} N s/m", short(normal))?,
             Damping::Restitution(restitution) | Damping::RestitutionAndRatio { restitution, .. } => {
                 write!(f, "restitution {restitution}")?;
             }

@@ -4,7 +4,7 @@ use crate::grid::Grid;
 
 /// The grid cannot be cut for this number of ranks.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{cells:?} cells cannot be shared among {ranks} ranks with at least 2 cells in x1 and x2 on each")]
+#[error("{} x {} x {} cells cannot be shared among {ranks} ranks with at least 2 cells in x1 and x2 on each", cells[0], cells[1], cells[2])]
 pub struct LayoutError {
     /// Number of cells in each direction.
     pub cells: [usize; 3],

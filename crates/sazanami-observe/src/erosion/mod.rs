@@ -1,7 +1,7 @@
 //! Erosion volume of a crater with its uncertainty: Yagyu et al. (2015), section 3.(1)b and eqs. (9)-(14).
 //!
 //! The bed seen from above is averaged along circles about the impact axis, and smoothed along the radius by local parabolas
-//! (W. S. Cleveland, J. Am. Stat. Assoc. 74, 1979, 829, with Gaussian weights). Its height at the axis is the lowest point, its
+//! (W. S. Cleveland, J. Am. Stat. Assoc. 74, 1979, 829, with Gaussian weights). Its height at the axis is the bottom of the cap, its
 //! highest place the rim: between them lies the volume below the plane of the rim, and the spherical cap through both is
 //! the erosion volume of eq. (14). The rim radius enters squared, so a volume is worth little without its uncertainty: it is
 //! evaluated for three bandwidths and for the rim half a bandwidth nearer and farther, and beside it stands the

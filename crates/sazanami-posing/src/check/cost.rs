@@ -159,6 +159,30 @@ mod tests {
     }
 
     #[test]
+    fn the_steps_of_drops_are_foretold() {
+        let half = "domain.cells=[88, 92, 66]";
+        for (speed, cells, made) in [
+            (9.0, None, 2829.0),
+            (2.25, None, 1122.0),
+            (9.0, Some(half), 1044.0),
+            (4.5, Some(half), 551.0),
+            (2.25, Some(half), 392.0),
+        ] {
+            let mut changes = vec![
+                "run.until=45 ms".to_owned(),
+                format!("liquid.0.fall.speed={speed} m/s"),
+                "output.series={ every = \"1 ms\" }".to_owned(),
+            ];
+            changes.extend(cells.map(str::to_owned));
+            let file = format!("{}/../../cases/raindrop/paper.toml", env!("CARGO_MANIFEST_DIR"));
+            let loaded = crate::case::load(Path::new(&file), &changes).unwrap();
+            let report = check(&loaded.case, Known::default(), &Machine::this(), 2, &CostModel::default());
+            let ratio = report.steps / made;
+            assert!((0.75..1.33).contains(&ratio), "{speed} m/s, {cells:?}: {} steps, not {made}", report.steps);
+        }
+    }
+
+    #[test]
     fn a_taller_lattice_takes_longer_to_pack() {
         let file = format!("{}/../../cases/raindrop/quick.toml", env!("CARGO_MANIFEST_DIR"));
         let packing = |change: &str| {

@@ -5,8 +5,8 @@ use sazanami_numerics::{Real, Vector};
 
 use super::number;
 use super::volumes::{bed_top, volume_within};
-use crate::amounts;
 use crate::assembly::fluid::origin_of;
+use crate::case::amounts;
 use crate::case::meaning::{Case, LiquidRegion, Placement};
 use crate::case::{Diagnostics, LoadedCase};
 

@@ -8,11 +8,15 @@ use sazanami_numerics::Real;
 
 use super::substeps::longest_substep;
 use super::{BedReport, CheckReport, ImpactReport, RanksReport, SubstepCause, TankReport, bytes, number};
-use crate::amounts::{self, duration, length};
 use crate::assembly::grains::wet_interactions;
+use crate::case::amounts::{self, estimate, length, time};
 use crate::case::meaning::{Case, Exchange, GrainPlacement, RunEnd, SIDE_NAMES, Substeps};
 use crate::case::units::rounded;
 
+/// Limits of the step beyond this are not told \[s].
+const BEYOND: Real = 1e6;
+/// Errors below this are none for people.
+const NEGLIGIBLE: Real = 1e-4;
 /// Times below this are not told one by one \[s].
 const SHORT: Real = 0.05;
 
@@ -129,10 +133,11 @@ fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
         let left = population.levelled.map_or(String::new(), |left| format!(", about {left} stay below the level"));
         let _ = writeln!(text, "grains        {}: {count}, {how}{left}", population.name);
         if let (Some(size), Some(cells)) = (population.size_m, population.cells_per_grain) {
+            let smallest = if written.sizes().draws() { " of the smallest" } else { "" };
             let _ = match &report.particles {
                 Some(particles) => writeln!(
                     text,
-                    "  resolution  grain size {}: {:.2} particle spacings",
+                    "  resolution  grain size {}{smallest}: {:.2} particle spacings",
                     length(size),
                     size / particles.spacing_m
                 ),
@@ -147,12 +152,14 @@ fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
                         None if is_narrow && wets => "; below four cells the interface meets it at no angle".to_owned(),
                         _ => String::new(),
                     };
-                    writeln!(text, "  resolution  {cells:.2} cells on the grain size {}{narrow}", length(size))
+                    let cells = if cells < 0.1 { rounded(cells) } else { number(cells, 2) };
+                    writeln!(text, "  resolution  {cells} cells on the grain size {}{smallest}{narrow}", length(size))
                 }
             };
         }
         if let Some(mass) = population.mass_kg {
-            let _ = writeln!(text, "  mass        {}", amounts::mass(mass));
+            let factor = if written.sizes().draws() { " with the size factor 1" } else { "" };
+            let _ = writeln!(text, "  mass        {}{factor}", amounts::mass(mass));
         }
         if let Some(spheres) = population.contact_spheres {
             let face = population.body.as_ref().map(|body| body.face()).filter(|face| face.is_flat());
@@ -178,7 +185,7 @@ fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
     if let Some(exchange) = &report.exchange {
         let _ = match exchange.narrowest_cells {
             Some(cells) => {
-                let lost = if cells < RESOLVED { "; below two cells its drag is not resolved" } else { "" };
+                let lost = if cells < RESOLVED { "; below two cells its drag is hardly resolved at all" } else { "" };
                 writeln!(text, "exchange      {}: the narrowest grain is {cells:.2} cells wide{lost}", exchange.scheme)
             }
             None => writeln!(text, "exchange      {}", exchange.scheme),
@@ -213,9 +220,9 @@ fn step(text: &mut String, case: &Case, report: &CheckReport) {
         return;
     }
     let _ = writeln!(text, "\nlimits on the time step at the start (the run may need shorter steps)");
-    for limit in &report.limits {
+    for limit in report.limits.iter().filter(|limit| limit.rules || limit.dt_s < BEYOND) {
         let mark = if limit.rules { "  <- sets the step" } else { "" };
-        let _ = writeln!(text, "  {:<13} {:>9} s  {}{mark}", limit.name, rounded(limit.dt_s), limit.rule);
+        let _ = writeln!(text, "  {:<19} {:>9}  {}{mark}", limit.name, time(limit.dt_s), limit.rule);
     }
     if report.fluid_passes > 1 {
         let _ = writeln!(text, "  the fluid makes {} passes in a step", report.fluid_passes);
@@ -229,17 +236,25 @@ fn step(text: &mut String, case: &Case, report: &CheckReport) {
             }
             (Substeps::Auto, SubstepCause::Film) => "by the film between grains",
         };
-        let _ = writeln!(text, "  the grains make {} sub-steps in a step, {how}", report.substeps);
+        let plural = if report.substeps == 1 { "" } else { "s" };
+        let _ = writeln!(text, "  the grains make {} sub-step{plural} in a step, {how}", report.substeps);
         if let Some(errors) = report.impact_errors {
             let ImpactReport { restitution, spin } = errors;
+            let told = |error: Real, factor: Real, digits: usize| {
+                if error < NEGLIGIBLE {
+                    format!("below {}", factor * NEGLIGIBLE)
+                } else {
+                    number(factor * error, digits)
+                }
+            };
             let _ = writeln!(
                 text,
                 "  error of an oblique impact of the lightest grains: restitution {} on average, {} at worst; spin {} % of the \
                  tangential speed, {} % at worst",
-                number(restitution.mean, 4),
-                number(restitution.largest, 4),
-                number(1e2 * spin.mean, 1),
-                number(1e2 * spin.largest, 1)
+                told(restitution.mean, 1.0, 4),
+                told(restitution.largest, 1.0, 4),
+                told(spin.mean, 1e2, 2),
+                told(spin.largest, 1e2, 2)
             );
         }
     }
@@ -248,18 +263,26 @@ fn step(text: &mut String, case: &Case, report: &CheckReport) {
     } else {
         String::new()
     };
+    let plural = |steps: Real| if steps < 1.5 { "" } else { "s" };
+    if let Some(steps) = case.run.steps.filter(|steps| *steps as Real <= report.steps) {
+        let _ = writeln!(text, "  {steps} step{}, as the case asks", plural(steps as Real));
+        return;
+    }
     let rest = if case.run.end == RunEnd::Rest { " at the latest: the run ends when its crater rests" } else { "" };
-    let _ = writeln!(text, "  about {} steps to {} s{most}{rest}", number(report.steps, 0), rounded(case.run.until));
+    let steps = format!("{} step{}", number(report.steps, 0), plural(report.steps));
+    let _ = writeln!(text, "  about {steps} to {}{most}{rest}", time(case.run.until));
 }
 
 fn shared(text: &mut String, report: &RanksReport) {
-    let [[a, b], [c, d]] = report.widths;
+    let range = |[a, b]: [usize; 2]| if a == b { a.to_string() } else { format!("{a} to {b}") };
     let _ = writeln!(
         text,
-        "ranks         {}: {} x {} parts of {a} to {b} x {c} to {d} cells, the largest {} of the mean",
+        "ranks         {}: {} x {} parts of {} x {} cells, the largest {} of the mean",
         report.ranks,
         report.parts[0],
         report.parts[1],
+        range(report.widths[0]),
+        range(report.widths[1]),
         number(report.imbalance, 2)
     );
     if let Some(grains) = report.grain_imbalance {
@@ -269,19 +292,23 @@ fn shared(text: &mut String, report: &RanksReport) {
             number(grains, 2)
         );
     }
-    let parts: Vec<String> =
-        report.predicted_s.iter().map(|(name, seconds)| format!("{name} {}", duration(*seconds))).collect();
+    let parts = parts_of(&report.predicted_s);
     let _ = writeln!(
         text,
         "  time        about {} ({}), where each rank has {} processor{} of its own like these; messages take more",
-        duration(report.predicted_total_s),
+        estimate(report.predicted_total_s),
         parts.join(", "),
         report.threads,
         if report.threads == 1 { "" } else { "s" }
     );
     let launcher =
         if report.launchable { "" } else { "; under a launcher none: one rank cannot gather its fields into a file" };
-    let _ = writeln!(text, "  limit       {} ranks at most{launcher}", report.most);
+    let _ = writeln!(
+        text,
+        "  limit       {} rank{} at most{launcher}",
+        report.most,
+        if report.most == 1 { "" } else { "s" }
+    );
     let _ = write!(text, "  memory      {} on the rank with the largest part", bytes(report.memory_bytes));
     if report.gathered_bytes > 0.0 {
         let _ = write!(text, ", and {} more on rank 0 for checkpoints", bytes(report.gathered_bytes));
@@ -303,17 +330,22 @@ fn shared(text: &mut String, report: &RanksReport) {
     }
 }
 
+/// The parts of a time that take some.
+fn parts_of(predicted: &[(&str, Real)]) -> Vec<String> {
+    let long = predicted.iter().filter(|(_, seconds)| *seconds >= SHORT);
+    long.map(|(name, seconds)| format!("{name} {}", estimate(*seconds))).collect()
+}
+
 fn cost(text: &mut String, case: &Case, report: &CheckReport) {
     let free =
         |available: Option<u64>| available.map_or_else(String::new, |free| format!(" of {} free", bytes(free as Real)));
     let _ = writeln!(text, "\nmemory        {}{}", bytes(report.memory_bytes), free(report.memory_available));
     let _ = writeln!(text, "disk          {}{}", bytes(report.disk_bytes), free(report.disk_available));
-    let long = report.predicted_s.iter().filter(|(_, seconds)| *seconds >= SHORT);
-    let parts: Vec<String> = long.map(|(name, seconds)| format!("{name} {}", duration(*seconds))).collect();
+    let parts = parts_of(&report.predicted_s);
     let about = if report.predicted_total_s < SHORT {
         "less than 0.1 s".to_owned()
     } else {
-        format!("about {}", duration(report.predicted_total_s))
+        format!("about {}", estimate(report.predicted_total_s))
     };
     let _ = writeln!(
         text,
@@ -322,7 +354,7 @@ fn cost(text: &mut String, case: &Case, report: &CheckReport) {
         if report.threads == 1 { "" } else { "s" },
         if parts.is_empty() { String::new() } else { format!(" ({})", parts.join(", ")) },
         if report.predicted_most_s > (1.2 * report.predicted_total_s).max(0.1) {
-            format!(", up to {} with the most steps", duration(report.predicted_most_s))
+            format!(", up to {} with the most steps", estimate(report.predicted_most_s))
         } else {
             String::new()
         }

@@ -6,6 +6,7 @@ use sazanami_observe::{BedView, Body, bed_profile};
 use super::Search;
 use super::placed::{Origin, Placed};
 use crate::assembly::fluid;
+use crate::case::amounts::{at_least, length};
 use crate::case::meaning::{FluidName, LiquidRegion, Placement};
 
 impl Search<'_> {
@@ -20,10 +21,19 @@ impl Search<'_> {
             let origin = match (&liquid.placement, height) {
                 (Placement::Absolute(position), _) => *position,
                 (Placement::AboveBed { .. }, Some(height)) => fluid::origin_of(liquid, case.bed.axis, height),
-                (Placement::AboveBed { .. }, None) => continue,
+                (Placement::AboveBed { .. }, None) => {
+                    self.below_top(
+                        number,
+                        liquid,
+                        fluid::origin_of(liquid, case.bed.axis, case.domain.lower.z),
+                        None,
+                        lying,
+                    );
+                    continue;
+                }
             };
             if let (true, Some(height)) = (above(liquid), height) {
-                self.below_top(number, liquid, origin, height, lying);
+                self.below_top(number, liquid, origin, Some(height), lying);
             }
             // A bubble may surround grains.
             let bubble = above(liquid) && liquid.fluid == FluidName::Gas;
@@ -59,8 +69,8 @@ impl Search<'_> {
             .unwrap_or(self.case.domain.lower.z)
     }
 
-    /// A liquid above the bed must not reach out of the box.
-    fn below_top(&mut self, number: usize, liquid: &LiquidRegion, origin: Vector, bed: Real, lying: &[Placed]) {
+    /// A liquid above the `bed` of this height, or whatever bed is packed below it, must not reach out of the box.
+    fn below_top(&mut self, number: usize, liquid: &LiquidRegion, origin: Vector, bed: Option<Real>, lying: &[Placed]) {
         let (floor, top) = (self.case.domain.lower.z, self.case.domain.upper.z);
         let height = origin.z + liquid.region.heights()[1];
         if !height.is_finite() || height <= top {
@@ -69,13 +79,10 @@ impl Search<'_> {
         let place = |key: &str| self.loaded.places.of(&format!("liquid.{number}.{key}"));
         let span = place("above_bed").or_else(|| place("gap_above_bed")).unwrap_or(0..0);
         let title = format!("`{}` does not fit above the bed", liquid.name);
-        let label = format!(
-            "it reaches {:.4} mm above the floor, the box {:.4} mm, the bed H_s = {:.4} mm",
-            (height - floor) * 1e3,
-            (top - floor) * 1e3,
-            (bed - floor) * 1e3
-        );
-        let help = format!("lower it by {:.4} mm, or make the box higher", (height - top) * 1e3);
+        let bed = bed.map_or("without any bed".to_owned(), |bed| format!("the bed H_s = {}", length(bed - floor)));
+        let label =
+            format!("it reaches {} above the floor, the box {}, {bed}", length(height - floor), length(top - floor));
+        let help = format!("lower it by {}, or make the box higher", at_least(height - top));
         // A bed that relaxes first may sink.
         if lying.iter().any(|grain| grain.origin == (Origin::Bed { relaxes: true })) {
             self.report.warning(Some(span), title).label(label).help(help);

@@ -3,9 +3,9 @@
 use sazanami_numerics::{Real, Vector};
 
 use super::{ROUNDED, Search};
-use crate::amounts::{self, length};
 use crate::assembly::fluid::origin_of;
 use crate::assembly::particles::OFF;
+use crate::case::amounts::{self, length};
 use crate::case::meaning::{FluidName, LiquidRegion, Placement, Solver};
 use crate::case::units::rounded;
 use crate::check::{taken, volume_within};

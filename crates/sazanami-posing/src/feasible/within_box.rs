@@ -5,6 +5,7 @@ use sazanami_numerics::{Real, Vector};
 
 use super::placed::{Origin, Placed, no_corners};
 use super::{MOST_ALIKE, Search};
+use crate::case::amounts::length;
 use crate::case::meaning::{GrainPlacement, SIDE_NAMES};
 
 /// Side of the box out of which a grain stands, and the depth.
@@ -18,7 +19,7 @@ struct Outside {
 
 impl std::fmt::Display for Outside {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(formatter, "{:.4} mm beyond the side {}", self.depth * 1e3, SIDE_NAMES[self.direction][self.side])
+        write!(formatter, "{} beyond the side {}", length(self.depth), SIDE_NAMES[self.direction][self.side])
     }
 }
 
@@ -85,10 +86,12 @@ impl Search<'_> {
         if let (GrainPlacement::Bed(file), Some(bed)) =
             (&self.case.grains[population].placement, &self.beds[population])
         {
-            let size = file.scale * (bed.upper - bed.lower) * 1e3;
+            let size = file.scale * (bed.upper - bed.lower);
             finding.help(format!(
-                "the bed was packed in a box of {:.4} mm x {:.4} mm x {:.4} mm (times `scale`): take one as large",
-                size.x, size.y, size.z
+                "the bed was packed in a box of {} x {} x {} (times `scale`): take one as large",
+                length(size.x),
+                length(size.y),
+                length(size.z)
             ));
         }
     }

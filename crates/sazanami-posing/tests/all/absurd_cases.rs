@@ -336,7 +336,7 @@ fn a_sphere_lies_in_the_box_by_its_true_shape() {
     assert!(sphere(1.0).0, "{:#?}", sphere(1.0).1);
     assert!(sphere(1.0001).0, "{:#?}", sphere(1.0001).1);
     let (runs, texts) = sphere(0.9999);
-    assert!(!runs && texts[0].contains("sticks out of the box | 0.0001 mm beyond the side x1_lower"), "{texts:#?}");
+    assert!(!runs && texts[0].contains("sticks out of the box | 0.1 um beyond the side x1_lower"), "{texts:#?}");
 }
 
 #[test]

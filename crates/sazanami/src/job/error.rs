@@ -16,6 +16,7 @@ use sazanami_parallel::ThreadsRefused;
 use serde::{Deserialize, Serialize};
 
 use crate::bed_file::BedFileError;
+use crate::case::amounts::length;
 use crate::case::meaning::Case;
 use crate::error::{CommandError, Failure};
 use crate::naming::{grain_error, grain_kind};
@@ -85,9 +86,9 @@ pub(crate) enum RankError {
     #[error("the liquid `{liquid}` touches {grain} at the start")]
     LiquidOnGrain { liquid: String, grain: String },
     #[error(
-        "the bed is higher than the box: {grain} reaches up to {:.4} mm, the box to {:.4} mm",
-        height * 1e3,
-        top * 1e3
+        "the bed is higher than the box: {grain} reaches up to {}, the box to {}",
+        length(*height),
+        length(*top)
     )]
     BedTooHigh { grain: String, height: Real, top: Real },
     #[error("no grain of the packed bed lies below its level")]
@@ -95,9 +96,9 @@ pub(crate) enum RankError {
     #[error("{grain} stands in the gate `{gate}`")]
     GrainInGate { grain: String, gate: String },
     #[error(
-        "the liquid `{liquid}` does not fit above the bed: it reaches up to {:.4} mm, the box to {:.4} mm",
-        height * 1e3,
-        top * 1e3
+        "the liquid `{liquid}` does not fit above the bed: it reaches up to {}, the box to {}",
+        length(*height),
+        length(*top)
     )]
     LiquidTooHigh { liquid: String, height: Real, top: Real },
     /// A step of the flow failed.
@@ -293,12 +294,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn heights_are_given_in_millimetres() {
+    fn heights_are_told_to_four_digits() {
         let high = RankError::BedTooHigh { grain: "grain 12 of `sand`".into(), height: 0.012_345_678_9, top: 0.0121 };
-        let expected =
-            "the bed is higher than the box: grain 12 of `sand` reaches up to 12.3457 mm, the box to 12.1000 mm";
+        let expected = "the bed is higher than the box: grain 12 of `sand` reaches up to 12.35 mm, the box to 12.1 mm";
         assert_eq!(high.to_string(), expected);
         let drop = RankError::LiquidTooHigh { liquid: "drop".into(), height: 0.1 / 3.0, top: 0.03 };
-        assert!(drop.to_string().ends_with("it reaches up to 33.3333 mm, the box to 30.0000 mm"), "{drop}");
+        assert!(drop.to_string().ends_with("it reaches up to 33.33 mm, the box to 30 mm"), "{drop}");
     }
 }

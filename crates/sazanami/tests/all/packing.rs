@@ -103,6 +103,11 @@ fn a_bed_that_cannot_be_written_is_reported_before_it_is_packed() {
     assert_eq!(refused(&folder.join("made.bed")), "");
     assert!(refused(&folder.join("no such folder/made.bed")).contains("the bed cannot be written to"));
     assert!(refused(folder.path()).contains("add the name of a file"));
+    let notes = folder.join("notes.txt");
+    std::fs::write(&notes, "important").unwrap();
+    assert!(refused(&notes).contains("there is a file that holds no bed"));
+    assert_eq!(std::fs::read_to_string(&notes).unwrap(), "important");
+    std::fs::remove_file(&notes).unwrap();
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "the trial leaves nothing");
 }
 

@@ -180,7 +180,7 @@ fn beds_are_looked_at_before_the_run() {
     refused(&["domain.size=[\"6 mm\", \"6 mm\", \"0.9 mm\"]"], "of the bed of `a` stick out of the box");
     refused(
         &["grains.0.placement.bed.scale=2", "grains.1.placement.bed.scale=2"],
-        "the bed was packed in a box of 12.0000 mm",
+        "the bed was packed in a box of 12 mm x",
     );
     refused(&["grains.0.placement.bed.scale=0.25", "grains.1.placement.bed.scale=0.25"], "overlaps grain");
     // The highest grain near the axis ends 1 mm above the floor.
@@ -235,6 +235,24 @@ fn grains_in_the_way_of_a_bed_that_is_packed_are_told_before_it_is() {
         found.iter().filter(|text| text.contains("`b` cannot come to rest beside grains that are packed")).count();
     assert_eq!(reported, 1, "{found:#?}");
     std::fs::remove_file(bed).unwrap();
+}
+
+#[test]
+fn what_no_bed_can_be_high_enough_for_is_told_before_one_is_packed() {
+    let found = |height: &str, level: &str| {
+        let packed = PACKED.replace("packed = {}", &format!("packed = {{ level = \"{level} mm\" }}"));
+        let drop = format!("[[liquid]]\nregion.sphere.diameter = \"0.4 mm\"\nabove_bed = \"{height} mm\"\n");
+        feasibility(&format!("{SMALL}{packed}{drop}"), &[], ENOUGH)
+    };
+    // The box is 2 mm high.
+    let (refused, feasible) = found("1.9", "0.5");
+    assert!(feasible.is_none() && refused[0].contains("does not fit above the bed | lower it by 0.1"), "{refused:#?}");
+    let (warned, feasible) = found("1.5", "5");
+    let told = warned.iter().any(|text| text.contains("the level of this bed lies above the box"));
+    assert!(feasible.is_some() && told, "{warned:#?}");
+    // Negative control.
+    let (none, feasible) = found("1.5", "0.5");
+    assert!(feasible.is_some() && none.is_empty(), "{none:#?}");
 }
 
 #[test]

@@ -201,7 +201,7 @@ fn a_signal_during_packing() {
 
 #[test]
 fn a_bed_that_the_rest_of_the_case_does_not_suit_is_reported_and_kept() {
-    let loaded = load(PACKED, &["liquid.0.gap_above_bed=2.9 mm"]);
+    let loaded = load(PACKED, &["liquid.0.gap_above_bed=2.3 mm"]);
     let scratch = Scratch::new("restart-unsuited");
     let report = |outcome: Result<RunSummary, CommandError>, folder: &Path| {
         let error = outcome.expect_err("the drop does not fit above the bed");
