@@ -37,6 +37,16 @@ pub(crate) fn momentum(kilogram_metres: Real) -> String {
     shown(kilogram_metres, &[(0.0, 1e-5, "g cm/s"), (1e-2, 1.0, "kg m/s")])
 }
 
+/// A time in a run \[s], to three digits.
+#[must_use]
+pub fn time(seconds: Real) -> String {
+    if seconds == 0.0 {
+        return "0 s".to_owned();
+    }
+    let short: Real = format!("{seconds:.2e}").parse().unwrap_or(seconds);
+    shown(short, &[(0.0, 1e-6, "us"), (1e-3, 1e-3, "ms"), (1.0, 1.0, "s")])
+}
+
 /// A length of time for people: `42 s`, `3 min 20 s`, `5 h 10 min`.
 #[must_use]
 pub fn duration(seconds: Real) -> String {
@@ -74,6 +84,10 @@ mod tests {
         assert_eq!([0.0, 1.25, 24e3, -0.03].map(length), ["0 mm", "1.25 m", "24 km", "-30 mm"]);
         assert_eq!([9e-2, 7.238e-9, 0.4e-3, 0.0].map(volume), ["0.09 m^3", "7.238 mm^3", "400 cm^3", "0 mm^3"]);
         assert_eq!([7.238e-6, 1.93e-7, 2.6, 3e-9].map(mass), ["7.238 mg", "0.193 mg", "2.6 kg", "3 ug"]);
+        assert_eq!(
+            [0.039, 5.0000e-3, 0.0234567, 1.5, 3e-5, 0.0].map(time),
+            ["39 ms", "5 ms", "23.5 ms", "1.5 s", "30 us", "0 s"]
+        );
         assert_eq!([80e-5, 0.25, 0.0].map(momentum), ["80 g cm/s", "0.25 kg m/s", "0 g cm/s"]);
         for value in [3.1e-9, 4.56e-5, 0.0123, 7.0, 5.5e4] {
             for text in [length(value), volume(value), mass(value), momentum(value)] {
