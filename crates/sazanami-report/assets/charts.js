@@ -2,7 +2,9 @@
 "use strict";
 (() => {
   const colour = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-  const text = value => value == null ? "–" : String(+value.toPrecision(5));
+  // Powers of ten as they are printed.
+  const raised = text => text.replace(/e([+-]?\d+)/, (_, power) => " × 10" + [...String(+power)].map(digit => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(digit)]).join(""));
+  const text = value => value == null ? "–" : raised(String(+value.toPrecision(5)));
   const made = (name, parent, properties = {}) => parent.appendChild(Object.assign(document.createElement(name), properties));
   const curveColour = (n, printed) => printed ? ["#0969da", "#bc4c00", "#1a7f37", "#8250df", "#bf3989", "#6e7781", "#9a6700", "#1b7c83"][n % 8] : colour("--c" + n % 8);
 
@@ -46,7 +48,8 @@
     draw(printed) {
       this.plot?.destroy();
       const tone = name => printed ? { "--front": "#000", "--line": "#ccc" }[name] : colour(name);
-      const axis = label => ({ stroke: tone("--front"), grid: { stroke: tone("--line"), width: 1 }, ticks: { stroke: tone("--line"), width: 1 }, label, labelSize: 22, size: label.startsWith("\u2009") ? 62 : 40,
+      const axis = label => ({ stroke: tone("--front"), grid: { stroke: tone("--line"), width: 1 }, ticks: { stroke: tone("--line"), width: 1 }, label, labelSize: 22,
+        size: (_, values) => label.startsWith("\u2009") ? Math.max(40, 14 + 7 * Math.max(0, ...(values ?? []).map(value => value.length))) : 40,
         values: (_, splits) => splits.map(text) });
       const { x, xUnit, unit, points } = this.data;
       const series = this.curves.map((curve, n) => ({ label: curve.label, show: curve.shown, stroke: curveColour(n, printed), width: 2, dash: n > 7 ? [6, 4] : undefined,
@@ -132,5 +135,5 @@
   };
   addEventListener("beforeprint", () => { redraw(true); queueMicrotask(copies); });
   addEventListener("afterprint", () => { document.querySelectorAll(".printed").forEach(copy => copy.remove()); redraw(false); });
-  window.reportCharts = charts;
+  Object.assign(window, { reportCharts: charts, reportRaised: raised });
 })();

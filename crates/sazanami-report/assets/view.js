@@ -37,14 +37,25 @@
   canvas.setAttribute("role", "img");
   canvas.setAttribute("aria-label", "Grains and water in three dimensions. Arrow keys turn the view, plus and minus come nearer and go away.");
   const scene = new THREE.Scene(), camera = new THREE.PerspectiveCamera(35, 1, 1, 1);
-  const centre = new THREE.Vector3(...lower.map((x, d) => x + size[d] / 2)), reach = Math.hypot(...size);
+  const middle = new THREE.Vector3(...lower.map((x, d) => x + size[d] / 2)), centre = middle.clone(), reach = Math.hypot(...size);
   Object.assign(camera, { near: reach / 200, far: reach * 20 });
   camera.up.set(0, 0, 1);
-  // What the run holds at its end fills the view: a box may be much higher than that.
-  const last = times[times.length - 1], filled = last.grains ? last.grains.place.slice(2 * count).sort()[Math.floor(0.99 * (count - 1))] / 65535 : 1;
-  const top = head.crater ? Math.min(1, Math.max(filled, 0.1) * 1.3) : 1, held = Math.hypot(size[0], size[1], size[2] * top);
-  const looked = centre.clone().setZ(lower[2] + size[2] * top / 2);
-  camera.position.copy(looked).add(new THREE.Vector3(0.42, -1, head.crater ? 0.72 : 0.5).normalize().multiplyScalar((head.crater ? 1.2 : 1.6) * held));
+  // The whole box fills the view: of all its corners the one that asks for the most decides how far off the eye is. What is near looks
+  // larger, so the middle of the picture is not that of the box: some steps find it.
+  const corners = [...Array(8).keys()].map(n => new THREE.Vector3(...[0, 1, 2].map(d => lower[d] + size[d] * (n >> d & 1))));
+  const framed = aspect => {
+    const MARGIN = 1.05, tall = Math.tan(camera.fov * Math.PI / 360) / MARGIN, back = new THREE.Vector3(0.42, -1, head.crater ? 0.72 : 0.5).normalize();
+    const right = new THREE.Vector3().crossVectors(camera.up, back).normalize(), up = new THREE.Vector3().crossVectors(back, right);
+    const seen = () => corners.map(corner => [right, up, back].map(axis => corner.clone().sub(centre).dot(axis)));
+    const far = ([x, y, z]) => z + Math.max(Math.abs(y) / tall, Math.abs(x) / (tall * aspect));
+    centre.copy(middle);
+    for (let n = 0; n < 5; n++) {
+      const at = seen(), away = Math.max(...at.map(far));
+      [right, up].forEach((axis, d) => { const parts = at.map(corner => corner[d] / (away - corner[2])); centre.addScaledVector(axis, away * (Math.min(...parts) + Math.max(...parts)) / 2); });
+    }
+    camera.position.copy(centre).addScaledVector(back, Math.max(...seen().map(far)));
+    controls.target.copy(centre);
+  };
   // As in the pictures of a run: a sun above the left shoulder of the eye and a lamp beside it, wherever that goes.
   scene.add(new THREE.AmbientLight(0xffffff, 1.0));
   const [sun, lamp] = [1.9, 0.9].map(bright => scene.add(new THREE.DirectionalLight(0xffffff, bright)) && scene.children[scene.children.length - 1]);
@@ -57,8 +68,6 @@
   const frame = new THREE.Box3Helper(new THREE.Box3(new THREE.Vector3(...lower), new THREE.Vector3(...head.upper)));
   scene.add(frame);
   const controls = new THREE.OrbitControls(camera, canvas);
-  controls.target.copy(looked);
-  controls.update();
 
   // A mesh of instances for each population.
   const geometry = ({ nodes, triangles }) => {
@@ -192,13 +201,13 @@
     counts.forEach(object => { object.geometry = water.geometry; });
     capped();
     byId("view-time-said").textContent = `t = ${+(1e3 * time.time).toPrecision(5)} ms`;
-    byId("view-scale-said").textContent = `${+quantity.least.toPrecision(3)} to ${quantity.most.toPrecision(3)} ${quantity.unit}`;
+    byId("view-scale-said").textContent = `${+quantity.least.toPrecision(3)} to ${reportRaised(String(+quantity.most.toPrecision(3)))} ${quantity.unit}`;
     tell();
     render();
   };
   // Few triangles while the view turns, if whole shapes take too long, and for grains of a few pixels.
   const SLOW = 1000 / 30, SMALL = 6;
-  let isMoving = false, isSlow = false, isAsked = false;
+  let isMoving = false, isSlow = false, isAsked = false, isTurned = false;
   const isCoarse = of => {
     const pixels = 2 * of.reach * canvas.height / (2 * Math.tan(camera.fov * Math.PI / 360) * camera.position.distanceTo(centre));
     return (isMoving && isSlow) || pixels < SMALL;
@@ -235,7 +244,7 @@
   const tell = () => {
     if (picked < 0 || !times[chosen].grains) return;
     const { id, population, position_mm, speed, force, diameter_mm } = numbers(picked);
-    say.textContent = `Grain ${id} (${population}): at ${position_mm.map(x => x.toFixed(3)).join(", ")} mm; speed ${speed.toPrecision(6)} m/s; contact force ${force.toPrecision(6)} N; diameter ${diameter_mm.toPrecision(6)} mm`;
+    say.textContent = `Grain ${id} (${population}): at ${position_mm.map(x => x.toFixed(3)).join(", ")} mm; speed ${reportRaised(speed.toPrecision(6))} m/s; contact force ${reportRaised(force.toPrecision(6))} N; diameter ${diameter_mm.toPrecision(6)} mm`;
   };
   const ray = new THREE.Raycaster();
   const pick = event => {
@@ -285,6 +294,7 @@
     const step = { ArrowLeft: [-0.1, 0, 1], ArrowRight: [0.1, 0, 1], ArrowUp: [0, -0.1, 1], ArrowDown: [0, 0.1, 1], "+": [0, 0, 0.9], "-": [0, 0, 1.1] }[event.key];
     if (!step) return;
     event.preventDefault();
+    isTurned = true;
     away.theta += step[0];
     away.phi = Math.min(Math.PI - 0.05, Math.max(0.05, away.phi + step[1]));
     away.radius *= step[2];
@@ -304,7 +314,7 @@
   for (const id of ["view-colour", "view-grains", "view-water"]) byId(id).addEventListener("change", show);
   for (const id of ["view-axis", "view-cut"]) byId(id).addEventListener("input", cut);
   controls.addEventListener("change", render);
-  controls.addEventListener("start", () => { isMoving = true; });
+  controls.addEventListener("start", () => { isMoving = isTurned = true; });
   controls.addEventListener("end", () => { isMoving = false; render(); });
   canvas.addEventListener("keydown", turnBy);
   let pressed = [0, 0];
@@ -313,12 +323,16 @@
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", render);
   const fit = () => {
     const width = place.clientWidth, height = Math.min(0.62 * width + 60, 0.7 * innerHeight);
+    if (!(width > 0 && height > 0)) return;
     renderer.setSize(width, height);
     camera.aspect = width / height;
     camera.updateProjectionMatrix();
+    if (!isTurned) framed(camera.aspect);
+    controls.update();
     draw();
   };
   if (head.crater) byId("view-axis").value = "1";
+  byId("view-water").parentElement.hidden = !times.some(time => time.water);
   new ResizeObserver(fit).observe(place);
   fit();
   cut();
@@ -345,7 +359,7 @@
     return pixels;
   };
   window.reportView = {
-    head, numbers, frames, capped: () => lid.visible, all: number => { picture(true); const found = frames(number, false); picture(false); return found; }, get picked() { return picked; }, get calls() { return renderer.info.render; }, get drawn() { return meshes.map(of => of.grains.length); },
+    head, numbers, frames, capped: () => lid.visible, all: number => { picture(true); const found = frames(number, false); picture(false); return found; }, get picked() { return picked; }, get calls() { return renderer.info.render; }, corners: () => { camera.updateMatrixWorld(); return corners.map(corner => corner.clone().project(camera)).flatMap(({ x, y }) => [Math.abs(x), Math.abs(y)]); }, get drawn() { return meshes.map(of => of.grains.length); },
     seen: n => { const box = canvas.getBoundingClientRect(); const p = at.set(...numbers(n).position_mm.map(x => x / 1e3)).clone().project(camera); return [box.left + (p.x + 1) / 2 * box.width, box.top + (1 - p.y) / 2 * box.height]; },
     // Part of the pixels that differ by more than a tenth where hidden grains are drawn as well.
     missed: () => { const [with_, without] = [picture(true), picture(false)]; let sum = 0; for (let n = 0; n < with_.length; n += 4) sum += [0, 1, 2].some(c => Math.abs(with_[n + c] - without[n + c]) > 25); return 4 * sum / with_.length; },

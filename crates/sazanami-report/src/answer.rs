@@ -1,10 +1,11 @@
 //! Main results of a run in a few large numbers, and the objections to them.
 
+use sazanami::analyse;
 use sazanami::case::units::with_bar;
 use sazanami::finished::Finished;
 use serde_json::Value;
 
-use crate::charts::rounded;
+use crate::amounts::{amount, rounded};
 use crate::html::Html;
 use crate::typeset::typeset;
 
@@ -32,7 +33,7 @@ pub fn section(html: &mut Html, run: &Finished, findings: &[(String, String)]) {
         html.raw("</div>\n");
     }
     html.raw("</dl>\n");
-    let rows: Vec<Vec<String>> = findings.iter().map(|(label, value)| vec![label.clone(), typeset(value)]).collect();
+    let rows: Vec<Vec<String>> = findings.iter().map(|(label, value)| vec![typeset(label), typeset(value)]).collect();
     html.table("What the run found", &[], &rows);
     html.close("section");
 }
@@ -113,8 +114,28 @@ fn headlines(run: &Finished) -> Vec<Headline> {
         found.push(Headline("Porosity of the bed", format!("{porosity:.3}"), "before the run".into()));
     }
     if found.is_empty() {
-        let time = run.number("time_s").unwrap_or_default();
-        found.push(Headline("Simulated time", format!("{} ms", rounded(1e3 * time)), String::new()));
+        found.push(Headline("Simulated time", amount(run.number("time_s").unwrap_or_default(), "s"), String::new()));
+        found.extend(motion(run));
+    }
+    found
+}
+
+/// Of a run that observes nothing else: its grains and its liquid, and how they move at the end.
+fn motion(run: &Finished) -> Vec<Headline> {
+    let has_liquid = analyse::has_liquid(&run.summary);
+    let count = |path: &str| run.number(path).filter(|count| *count > 0.0);
+    let grains = count("counts.grains");
+    let mut found: Vec<Headline> = Vec::new();
+    found.extend(grains.map(|count| Headline("Grains", format!("{count:.0}"), String::new())));
+    let of_end = [
+        ("Largest speed of a grain", "largest_grain_speed", "m/s", grains.is_some()),
+        ("Kinetic energy of the grains", "kinetic_energy_grains", "J", grains.is_some()),
+        ("Largest speed of the liquid", "largest_fluid_speed", "m/s", has_liquid),
+        ("Kinetic energy of the fluid", "kinetic_energy_fluid", "J", has_liquid),
+    ];
+    for (label, column, unit, _) in of_end.into_iter().filter(|(.., is_there)| *is_there) {
+        let last = run.series.column(column).into_iter().rfind(|value| value.is_finite());
+        found.extend(last.map(|value| Headline(label, amount(value, unit), "at the end".into())));
     }
     found
 }
@@ -131,7 +152,7 @@ fn bed_forms(run: &Finished) -> Vec<Headline> {
     let [mound, crested] = ["mound", "crested"].map(|key| &ripples[key]);
     let of_mound = || {
         let [length, height, crest] = ["wavelength_mm", "height_mm", "crest_mm"].map(|key| mm(mound, key));
-        Some((format!("{} long", length?), format!("{} high, highest at x1 = {}", height?, crest?)))
+        Some((format!("{} long", length?), format!("{} high, highest at x₁ = {}", height?, crest?)))
     };
     let of_ripples = || {
         let [apart, error, height] =

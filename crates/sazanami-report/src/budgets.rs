@@ -1,8 +1,10 @@
 //! Momentum and liquid: do their budgets close?
 
+use sazanami::analyse;
 use sazanami::finished::Finished;
 use serde_json::Value;
 
+use crate::amounts::rounded;
 use crate::html::Html;
 use crate::typeset::typeset;
 
@@ -87,9 +89,13 @@ pub fn section(html: &mut Html, run: &Finished) {
     }
     let mut rows = Vec::new();
     terms(&run.summary["momentum"], "", &mut rows);
+    // Without liquid its terms are zero.
+    if !analyse::has_liquid(&run.summary) {
+        rows.retain(|row: &Vec<String>| row[1..].iter().any(|part| part != "0"));
+    }
     if !rows.is_empty() {
         html.raw("<details><summary>Terms of the momentum budget</summary>\n");
-        html.table("Momentum and impulses [N s]", &["term", "x1", "x2", "x3"], &rows);
+        html.table("Momentum and impulses [N s]", &["term", "x₁", "x₂", "x₃"], &rows);
         html.raw("</details>\n");
     }
     html.close("section");
@@ -98,7 +104,7 @@ pub fn section(html: &mut Html, run: &Finished) {
 /// Vectors below `value`, a row each.
 fn terms(value: &Value, name: &str, rows: &mut Vec<Vec<String>>) {
     if let Some(vector) = value.as_array().filter(|list| list.len() == 3 && list.iter().all(Value::is_number)) {
-        let parts = vector.iter().filter_map(Value::as_f64).map(|part| typeset(&format!("{part:.4e}")));
+        let parts = vector.iter().filter_map(Value::as_f64).map(rounded);
         rows.push(std::iter::once(name.replace('_', " ")).chain(parts).collect());
     }
     for (key, inner) in value.as_object().into_iter().flatten() {

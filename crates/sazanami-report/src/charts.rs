@@ -3,6 +3,7 @@
 use sazanami::analyse::Table;
 use serde_json::{Value, json};
 
+use crate::amounts::{readable, rounded};
 use crate::typeset::typeset;
 
 /// Most rows of a table that a chart holds.
@@ -69,7 +70,7 @@ const GROUPS: &[Group] = &[
     ("Fastest", &["largest_grain_speed", "largest_fluid_speed"]),
     ("Energy", &["kinetic_energy_fluid", "kinetic_energy_grains", "potential_energy"]),
     (
-        "Momentum along x3",
+        "Momentum along x₃",
         &[
             "momentum_liquid_3",
             "momentum_grains_3",
@@ -93,10 +94,24 @@ const GROUPS: &[Group] = &[
     ("Iterations and sub-steps", &["pressure_iterations", "grain_substeps", "fluid_passes"]),
 ];
 
-/// Charts of a series over the time: the known groups, then what is left by units.
+/// Columns of a series that have values, all of them zero.
+pub fn zero_columns(series: &Table) -> Vec<&str> {
+    let is_zero = |name: &str| {
+        let values = series.column(name);
+        let mut known = values.iter().filter(|value| value.is_finite()).peekable();
+        known.peek().is_some() && known.all(|value| *value == 0.0)
+    };
+    series.headings().map(|(name, _)| name).filter(|name| !["step", "time"].contains(name) && is_zero(name)).collect()
+}
+
+/// Charts of a series over the time: the known groups, then what is left by units. Columns that are zero at all times are left out.
 pub fn of_series(series: &Table) -> Vec<Chart> {
+    let zero = zero_columns(series);
     let known: Vec<&str> = GROUPS.iter().flat_map(|(_, columns)| *columns).copied().collect();
-    let grouped = GROUPS.iter().filter_map(|(title, columns)| of_columns(series, title, columns, columns.len()));
+    let grouped = GROUPS.iter().filter_map(|(title, columns)| {
+        let drawn: Vec<&str> = columns.iter().copied().filter(|name| !zero.contains(name)).collect();
+        of_columns(series, title, &drawn, drawn.len())
+    });
     let mut charts: Vec<Chart> = grouped.collect();
     let mut units: Vec<&str> = Vec::new();
     for (name, unit) in series.headings() {
@@ -106,10 +121,14 @@ pub fn of_series(series: &Table) -> Vec<Chart> {
     }
     for unit in units {
         let left = series.headings().filter(|(name, of)| *of == unit && !known.contains(name));
-        let left: Vec<&str> = left.map(|(name, _)| name).filter(|name| !["step", "time"].contains(name)).collect();
-        let title =
-            if unit.is_empty() { "Other numbers".to_owned() } else { format!("Other quantities in {}", typeset(unit)) };
-        charts.extend(of_columns(series, &title, &left, 1));
+        let left = left.map(|(name, _)| name).filter(|name| !["step", "time"].contains(name) && !zero.contains(name));
+        let chart = of_columns(series, "Other numbers", &left.collect::<Vec<_>>(), 1);
+        charts.extend(chart.map(|mut chart| {
+            if !unit.is_empty() {
+                chart.title = format!("Other quantities in {}", chart.drawn_unit().0);
+            }
+            chart
+        }));
     }
     charts
 }
@@ -164,9 +183,12 @@ fn kept_rows(curves: &[Curve], count: usize) -> (Vec<usize>, usize) {
     }
 }
 
-/// Heights of a bed against `x` at the first, some middle and the last of their times.
+/// Heights of a bed against `x` at the first, some middle and the last of their times; nothing where there is no height.
 pub fn of_profiles(title: &str, x: &str, profiles: Vec<(f64, Vec<f64>, Vec<f64>)>) -> Option<Chart> {
     const SHOWN: usize = 5;
+    if profiles.iter().all(|(_, _, heights)| heights.iter().all(|height| !height.is_finite())) {
+        return None;
+    }
     let last = profiles.len().checked_sub(1)?;
     let mut chosen: Vec<usize> = (0..SHOWN).map(|n| n * last / (SHOWN - 1)).collect();
     chosen.dedup();
@@ -203,7 +225,7 @@ pub fn tank_profiles(title: &str, table: &Table, height: &str) -> Option<Chart> 
             None => profiles.push((time, vec![x], vec![z])),
         }
     }
-    of_profiles(title, "x1", profiles)
+    of_profiles(title, "x₁", profiles)
 }
 
 /// Averages over the layers of a bed against the time.
@@ -248,12 +270,17 @@ impl Chart {
         self
     }
 
+    /// The unit that its curves are drawn in, and the factor to it.
+    pub fn drawn_unit(&self) -> (String, f64) {
+        let curves = self.tables.iter().flat_map(|table| &table.curves);
+        readable(&self.unit, &curves.flat_map(|curve| curve.values.clone()).collect::<Vec<f64>>())
+    }
+
     /// The chart for the script of the page, in units that fit its values.
     pub fn json(&self) -> Value {
         let all = |of: fn(&Curves) -> Vec<f64>| self.tables.iter().flat_map(of).collect::<Vec<f64>>();
         let (x_unit, x_factor) = readable(&self.x.1, &all(|table| table.x.clone()));
-        let values = all(|table| table.curves.iter().flat_map(|curve| curve.values.clone()).collect());
-        let (unit, factor) = readable(&self.unit, &values);
+        let (unit, factor) = self.drawn_unit();
         let scaled =
             |values: &[f64], factor: f64| values.iter().map(|value| number(value * factor)).collect::<Vec<_>>();
         let table = |table: &Curves| {
@@ -272,8 +299,7 @@ impl Chart {
     /// Least, greatest and last value of each curve, for those who read no charts.
     pub fn summary(&self) -> Vec<Vec<String>> {
         let curves = || self.tables.iter().flat_map(|table| &table.curves);
-        let all: Vec<f64> = curves().flat_map(|curve| curve.values.clone()).collect();
-        let (unit, factor) = readable(&self.unit, &all);
+        let (unit, factor) = self.drawn_unit();
         let row = |curve: &Curve| {
             let known = || curve.values.iter().copied().filter(|value| value.is_finite());
             let cell = |value: Option<f64>| value.map_or("–".into(), |value| rounded(factor * value));
@@ -289,28 +315,6 @@ impl Chart {
     }
 }
 
-/// A unit in which the largest of `values` \[SI] is at least 1 where there is one, and the factor to it.
-fn readable(unit: &str, values: &[f64]) -> (String, f64) {
-    let largest = values.iter().map(|value| value.abs()).filter(|value| value.is_finite()).fold(0.0, f64::max);
-    let smaller: &[(&str, f64)] = match unit {
-        "m" => &[("mm", 1e3), ("um", 1e6)],
-        "s" => &[("ms", 1e3), ("us", 1e6)],
-        "m/s" => &[("mm/s", 1e3)],
-        "m^3" => &[("mm^3", 1e9)],
-        "kg" => &[("mg", 1e6)],
-        "J" => &[("mJ", 1e3), ("uJ", 1e6), ("nJ", 1e9)],
-        "N" => &[("mN", 1e3), ("uN", 1e6)],
-        "N s" => &[("mN s", 1e3), ("uN s", 1e6)],
-        _ => &[],
-    };
-    let fits = |factor: f64| largest * factor >= 1.0;
-    if largest == 0.0 || fits(1.0) {
-        return (typeset(unit), 1.0);
-    }
-    let found = smaller.iter().find(|(_, factor)| fits(*factor)).or(smaller.last());
-    found.map_or((typeset(unit), 1.0), |(name, factor)| (typeset(name), *factor))
-}
-
 /// A number for the script: seven digits, `null` where there is none.
 fn number(value: f64) -> Value {
     format!("{value:.6e}")
@@ -318,21 +322,6 @@ fn number(value: f64) -> Value {
         .ok()
         .filter(|value| value.is_finite())
         .map_or(Value::Null, |value| json!(value))
-}
-
-/// A number for people: four digits.
-pub fn rounded(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return if value == 0.0 { "0".into() } else { "–".into() };
-    }
-    match value.abs() {
-        1e-3..1e5 => {
-            let digits = (3 - value.abs().log10().floor() as i32).max(0) as usize;
-            let text = format!("{value:.digits$}");
-            if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
-        }
-        _ => format!("{value:.3e}"),
-    }
 }
 
 /// The name of a column as a title.
@@ -347,7 +336,7 @@ pub fn plain(name: &str) -> String {
     ["_1", "_2", "_3"]
         .iter()
         .fold(name.to_owned(), |name, end| match name.strip_suffix(end) {
-            Some(front) => format!("{front}, x{}", &end[1..]),
+            Some(front) => format!("{front}, {}", typeset(&format!("x{}", &end[1..]))),
             None => name,
         })
         .replace('_', " ")
@@ -377,6 +366,36 @@ mod tests {
         assert_eq!(json["tables"][0]["x"], json!([0.0, 20.0]));
         assert_eq!(json["tables"][0]["curves"][0]["y"], json!([null, 1.7]));
         assert_eq!(charts[0].summary()[0], ["crater depth", "mm", "1.7", "1.7", "1.7"]);
+    }
+
+    #[test]
+    fn what_is_zero_at_all_times_is_left_out_and_titles_have_the_unit_that_is_drawn() {
+        let series = |soaked: &str| {
+            table(&format!(
+                "step,time [s],overfull_volume [m^3],soaked_volume [m^3],contacts,deep_contacts,new [m],limiter\n\
+                 0,0,0,{soaked},3,,,cfl\n1,1,0,{soaked},4,0,,cfl\n"
+            ))
+        };
+        let wet = series("2e-9");
+        let charts = of_series(&wet);
+        let titles: Vec<&str> = charts.iter().map(|chart| chart.title.as_str()).collect();
+        assert_eq!(titles, ["Contacts", "Other quantities in mm³"]);
+        assert!(charts.iter().all(|chart| chart.tables[0].curves.len() == 1 && chart.tables[0].curves[0].shown));
+        assert_eq!(charts[1].json()["unit"], "mm³");
+        assert_eq!(zero_columns(&wet), ["overfull_volume", "deep_contacts"]);
+        assert_eq!(zero_columns(&series("0")).len(), 3);
+    }
+
+    #[test]
+    fn a_surface_without_heights_has_no_chart() {
+        let water = |z: &str| tank_profiles("water", &table(&format!("step,time [s],x [m],z [m]\n0,0,0,{z}\n")), "z");
+        assert!(water("").is_none() && water("1e-2").is_some());
+    }
+
+    #[test]
+    fn directions_are_set_as_indices() {
+        assert_eq!(plain("momentum_liquid_3"), "momentum liquid, x₃");
+        assert_eq!(plain("x_10"), "x 10");
     }
 
     #[test]
@@ -433,14 +452,5 @@ mod tests {
         let short: String = text.lines().take(1 + MOST_ROWS).map(|line| format!("{line}\n")).collect();
         let chart = &of_series(&table(&short))[0];
         assert_eq!((chart.tables[0].x.len(), chart.every), (MOST_ROWS, 1));
-    }
-
-    #[test]
-    fn numbers_are_rounded_to_four_digits() {
-        for (value, expected) in
-            [(68.75013, "68.75"), (0.0, "0"), (1200.0, "1200"), (7.15e-13, "7.150e-13"), (-0.5, "-0.5")]
-        {
-            assert_eq!(rounded(value), expected);
-        }
     }
 }

@@ -9,8 +9,8 @@ use sazanami::finished::Finished;
 
 use crate::charts::{self, Chart, Curve, Curves};
 use crate::html::Html;
-use crate::typeset::{self, typeset};
-use crate::{answer, page, run};
+use crate::typeset::typeset;
+use crate::{amounts, answer, page};
 
 /// A run with its name and the values of its keys.
 struct Side<'a> {
@@ -64,8 +64,7 @@ fn found(html: &mut Html, sides: &[Side]) -> Result<(), CommandError> {
     let cell = |findings: &Vec<(String, String)>, label: &String| {
         findings.iter().find(|(own, _)| own == label).map_or("–".to_owned(), |(_, value)| typeset(value))
     };
-    let row =
-        |label: &&String| std::iter::once((*label).clone()).chain(all.iter().map(|own| cell(own, label))).collect();
+    let row = |label: &&String| std::iter::once(typeset(label)).chain(all.iter().map(|own| cell(own, label))).collect();
     let rows: Vec<Vec<String>> = labels.iter().map(row).collect();
     html.table("What the runs found", &headings("", sides), &rows);
     Ok(())
@@ -91,9 +90,8 @@ fn parameters(html: &mut Html, sides: &[Side], keys: &[String]) {
     if keys.is_empty() {
         html.raw("<p>None: the runs have the same case.</p>\n");
     } else {
-        let cell = |side: &Side, key: &String| {
-            side.values.get(key).map_or("–".to_owned(), |value| typeset::value(&run::shown(value)))
-        };
+        let cell =
+            |side: &Side, key: &String| side.values.get(key).map_or("–".to_owned(), |value| amounts::of_key(value));
         let row = |key: &String| std::iter::once(key.clone()).chain(sides.iter().map(|side| cell(side, key))).collect();
         let rows: Vec<Vec<String>> = keys.iter().map(row).collect();
         html.table("Keys whose values are not the same in all runs", &headings("key", sides), &rows);
@@ -103,18 +101,10 @@ fn parameters(html: &mut Html, sides: &[Side], keys: &[String]) {
 
 /// A value as a number with its unit: that of a text with a unit, a bare number, or the length of a vector.
 fn quantity(value: &str) -> Option<(f64, String)> {
-    let parts: Vec<&str> =
-        value.trim_matches(['[', ']', ' ']).split(',').map(|part| part.trim().trim_matches('"')).collect();
-    let part = |text: &&str| {
-        let (number, unit) = text.split_once(' ').unwrap_or((text, ""));
-        Some((number.parse::<f64>().ok()?, unit.to_owned()))
-    };
-    let parts: Vec<(f64, String)> = parts.iter().map(part).collect::<Option<_>>()?;
-    let unit = parts.first()?.1.clone();
-    match parts.len() {
-        1 => parts.into_iter().next(),
-        _ => Some((parts.iter().map(|(value, _)| value * value).sum::<f64>().sqrt(), unit)),
-    }
+    let (values, unit) = amounts::quantities(value)?;
+    let value =
+        if let [value] = values[..] { value } else { values.iter().map(|value| value * value).sum::<f64>().sqrt() };
+    Some((value, unit))
 }
 
 /// A number of the answer that is shown against keys: its name, unit, factor to that unit, and where it and its uncertainty are.

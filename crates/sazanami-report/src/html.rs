@@ -68,8 +68,17 @@ impl Html {
 
     /// Adds a table whose rows begin with their heading.
     pub fn table(&mut self, caption: &str, headings: &[&str], rows: &[Vec<String>]) {
+        self.table_of_class("plain", caption, headings, rows);
+    }
+
+    /// The same of which narrow screens show the cells of a row one below the other, each with its heading.
+    pub fn table_of_cells(&mut self, caption: &str, headings: &[&str], rows: &[Vec<String>]) {
+        self.table_of_class("cells", caption, headings, rows);
+    }
+
+    fn table_of_class(&mut self, class: &'static str, caption: &str, headings: &[&str], rows: &[Vec<String>]) {
         self.open("div", &[("class", "wide"), ("role", "region"), ("tabindex", "0"), ("aria-label", caption)]);
-        self.open("table", &[]);
+        self.open("table", &[("class", class)]);
         self.element("caption", &[], caption);
         if !headings.is_empty() {
             self.raw("<thead><tr>");
@@ -84,7 +93,10 @@ impl Html {
                 match (number, is_part) {
                     (0, true) => self.element("th", &[("scope", "row"), ("class", "part")], cell.trim()),
                     (0, false) => self.element("th", &[("scope", "row")], cell),
-                    _ => self.element("td", &[], cell),
+                    _ => match headings.get(number).filter(|_| class == "cells") {
+                        Some(&heading) => self.element("td", &[("data-heading", heading)], cell),
+                        None => self.element("td", &[], cell),
+                    },
                 }
             }
             self.raw("</tr>\n");
@@ -106,13 +118,16 @@ impl Html {
         self.close("script");
     }
 
-    /// Adds a PNG picture.
-    pub fn picture(&mut self, png: &[u8], about: &str) {
+    /// Adds a PNG picture that a press opens in full; what closes it leads `back` to a place of the page.
+    pub fn picture(&mut self, id: &str, back: &str, png: &[u8], about: &str) {
+        self.open("div", &[("class", "picture"), ("id", id)]);
+        self.element("a", &[("class", "shut"), ("href", back)], "Close");
+        self.open("a", &[("href", &format!("#{id}")), ("title", "Open in full")]);
         self.raw("<img src=\"data:image/png;base64,");
         push_base64(&mut self.0, png);
         self.raw("\" alt=\"");
         self.text(about);
-        self.raw("\">\n");
+        self.raw("\"></a></div>\n");
     }
 }
 
@@ -145,6 +160,20 @@ mod tests {
         assert_eq!(text.matches("<script").count(), 1, "{text}");
         assert_eq!(text.matches("</script").count(), 1, "{text}");
         assert!(!markup.contains("\" onload"), "{markup}");
+    }
+
+    #[test]
+    fn a_table_of_cells_tells_the_heading_of_each() {
+        let made = |add: fn(&mut Html)| {
+            let mut html = Html::default();
+            add(&mut html);
+            html.into_text()
+        };
+        let heading = "<td data-heading=\"value\">1</td>";
+        assert!(
+            made(|html| html.table_of_cells("", &["key", "value"], &[vec!["a".into(), "1".into()]])).contains(heading)
+        );
+        assert!(!made(|html| html.table("", &["key", "value"], &[vec!["a".into(), "1".into()]])).contains(heading));
     }
 
     #[test]

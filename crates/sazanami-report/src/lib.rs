@@ -2,6 +2,7 @@
 //!
 //! [`of_run`] makes the page of a run in its folder, [`comparison`] that of several runs side by side.
 
+mod amounts;
 mod answer;
 mod budgets;
 mod charts;

@@ -4,6 +4,7 @@ use serde_json::Value;
 
 use crate::charts::Chart;
 use crate::html::Html;
+use crate::typeset::typeset;
 use crate::view::View;
 
 /// Content security policy: the page may load nothing from anywhere.
@@ -93,7 +94,7 @@ pub fn warnings(html: &mut Html, warnings: &[String]) {
         html.raw("<p>None.</p>\n");
     } else {
         html.raw("<ul class=\"warnings\">\n");
-        warnings.iter().for_each(|warning| html.element("li", &[], warning));
+        warnings.iter().for_each(|warning| html.element("li", &[], &typeset(warning)));
         html.raw("</ul>\n");
     }
     html.close("section");

@@ -9,12 +9,14 @@ use sazanami::case::{Changed, DefaultValue, MOST_TRIED, changed, longer_than_tri
 use sazanami::error::CommandError;
 use sazanami::finished::Finished;
 use sazanami::progress::duration;
-use sazanami::results::{BED_PROFILES, CASE, CRATER_PROFILES, LAYER_MEANS, LOG, WATER_PROFILES};
+use sazanami::results::{BED_PROFILES, CASE, CRATER_PROFILES, LAYER_MEANS, LOG, SERIES, WATER_PROFILES};
 
-use crate::charts::{self, Chart, rounded};
+use crate::amounts::{self, rounded};
+use crate::charts::{self, Chart};
 use crate::html::Html;
+use crate::typeset::typeset;
 use crate::view::{self, View};
-use crate::{answer, budgets, page, typeset};
+use crate::{answer, budgets, page};
 
 /// Report on one run, as HTML.
 pub fn page(run: &Finished) -> Result<String, CommandError> {
@@ -37,6 +39,7 @@ pub fn page(run: &Finished) -> Result<String, CommandError> {
         html.section("charts", "Charts");
         html.raw("<p class=\"note\">Drag to zoom, double-click to show all. Tick curves to show or hide them.</p>\n");
         page::charts(html, 0, &charts);
+        left_out(html, run);
         html.close("section");
         budgets::section(html, run);
         page::warnings(html, &answer::warnings(run, &log));
@@ -76,7 +79,8 @@ fn section_picture(html: &mut Html, run: &Finished) {
     let what =
         if doubts.contains(NO_CRATER) { "the surface of the bed" } else { "rim radius L, depth H and the cap of V" };
     html.element("p", &[("class", "note")], &format!("Bed and water with {what}, at the last time drawn."));
-    html.picture(&png, &format!("Section through bed and water at the end of {}, with {what}", title(run)));
+    let about = format!("Section through bed and water at the end of {}, with {what}", title(run));
+    html.picture("section-picture", "#section", &png, &about);
     html.close("section");
 }
 
@@ -90,7 +94,7 @@ fn view_section(html: &mut Html, run: &Finished, view: Option<&View>) {
     match analyse::newest_view(&run.folder).and_then(|path| std::fs::read(path).ok()) {
         Some(png) => {
             html.raw("<details open id=\"still\"><summary>Picture of the last time drawn</summary>\n");
-            html.picture(&png, &format!("Grains and water at the end of {}", title(run)));
+            html.picture("view-picture", "#view", &png, &format!("Grains and water at the end of {}", title(run)));
             html.raw("</details>\n");
         }
         None if view.is_none() => {
@@ -99,6 +103,19 @@ fn view_section(html: &mut Html, run: &Finished, view: Option<&View>) {
         None => {}
     }
     html.close("section");
+}
+
+/// The columns of the series that no chart shows, in a line that opens.
+fn left_out(html: &mut Html, run: &Finished) {
+    let zero: Vec<String> = charts::zero_columns(&run.series).into_iter().map(charts::plain).collect();
+    if zero.is_empty() {
+        return;
+    }
+    html.raw("<details><summary>");
+    html.text(&format!("Zero at all times and not drawn: {} of the columns of {SERIES}", zero.len()));
+    html.raw("</summary>\n");
+    html.element("p", &[("class", "note")], &format!("{}.", zero.join("; ")));
+    html.raw("</details>\n");
 }
 
 /// All charts of the run.
@@ -164,7 +181,11 @@ fn what_was_run(html: &mut Html, run: &Finished, log: &str) {
     html.raw("</details>\n");
     let headings = ["key", "value", "otherwise", "meaning"];
     let keys: Vec<Vec<String>> = changed(&run.case).iter().map(row_of).collect();
-    html.table("Keys that make this case: required ones, and those that differ from their defaults", &headings, &keys);
+    html.table_of_cells(
+        "Keys that make this case: required ones, and those that differ from their defaults",
+        &headings,
+        &keys,
+    );
     for (list, length) in longer_than_tried(&run.case) {
         let note = format!("Of {length} tables of {list} the first {MOST_TRIED} are shown; the case below has all.");
         html.element("p", &[("class", "note")], &note);
@@ -177,14 +198,9 @@ fn row_of(key: &Changed) -> Vec<String> {
     let default = match &key.default {
         DefaultValue::Required => "required".to_owned(),
         DefaultValue::None => "none".to_owned(),
-        DefaultValue::Value(value) => shown(value),
+        DefaultValue::Value(value) => amounts::of_key(value),
     };
-    vec![key.path.clone(), typeset::value(&shown(&key.value)), typeset::value(&default), key.about.to_owned()]
-}
-
-/// A value as written in a case, without the quotes of its texts.
-pub fn shown(value: &str) -> String {
-    value.replace('"', "")
+    vec![key.path.clone(), amounts::of_key(&key.value), default, typeset(key.about)]
 }
 
 /// The commands and the case.

@@ -88,6 +88,12 @@ pub fn findings(folder: &Path, summary: &Value) -> Result<Vec<(String, String)>,
     Ok(lines::rows(summary).into_iter().map(|(label, value)| (label.to_owned(), value)).collect())
 }
 
+/// Whether there was liquid in a run, by its summary.
+#[must_use]
+pub fn has_liquid(summary: &Value) -> bool {
+    lines::has_liquid(summary)
+}
+
 /// The newest picture of a run that shows its grains: a view, or a tank from the side.
 #[must_use]
 pub fn newest_view(folder: &Path) -> Option<PathBuf> {

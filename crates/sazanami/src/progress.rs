@@ -7,7 +7,7 @@ use sazanami_numerics::Real;
 use crate::case::{Diagnostics, Source};
 
 pub(crate) use pace::Pace;
-pub use sazanami_posing::case::amounts::duration;
+pub use sazanami_posing::case::amounts::{duration, time};
 
 /// Phases that grains end by coming to rest: their end is predicted.
 const BY_REST: [&str; 2] = ["packing", "relax"];

@@ -41,6 +41,31 @@ const READY: &str =
 const DRAWN: &str = "reportCharts.filter(chart => { const c = chart.figure.querySelector('canvas'); \
     return c.getContext('2d').getImageData(0, 0, c.width, c.height).data.some(x => x); }).length + ' of ' + reportCharts.length";
 
+/// Whether all cells of the table of keys lie within the window.
+const ALL_READABLE: &str = "[...document.querySelectorAll('.cells td, .cells tbody th')].every(cell => cell.getBoundingClientRect().right <= innerWidth)";
+
+#[test]
+fn a_press_on_the_section_opens_it_in_full() {
+    let folder = tempfile::tempdir().unwrap();
+    results(folder.path(), 0, 0, [4, 4, 4]);
+    std::fs::create_dir(folder.path().join("figures")).unwrap();
+    let drawn = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/pictures/quick-section.png");
+    std::fs::copy(drawn, folder.path().join("figures/section-000000001.png")).unwrap();
+    let page = sazanami_report::of_run(folder.path()).unwrap();
+    let press = |of: &str| {
+        format!(
+            "(() => {{ const at = document.querySelector('#section-picture {of}'); at.scrollIntoView(); \
+             const box = at.getBoundingClientRect(); return [box.left + 20, box.top + 10]; }})()"
+        )
+    };
+    let [image, shut] = ["img", ".shut"].map(press);
+    let full = "(() => { const i = document.querySelector('#section-picture img'); return i.width === i.naturalWidth && i.width > innerWidth; })()";
+    let within = "document.documentElement.scrollWidth <= innerWidth";
+    let steps = [full, &image, "@click result", "0", full, within, &shut, "@click result", "0", full];
+    let Some(said) = opened(&page, "400", &steps) else { return };
+    assert_eq!([&said[0], &said[4], &said[5], &said[9]], [false, true, true, false], "{said:?}");
+}
+
 #[test]
 fn reports_open_without_errors_wide_and_narrow() {
     let folder = tempfile::tempdir().unwrap();
@@ -53,6 +78,9 @@ fn reports_open_without_errors_wide_and_narrow() {
             "document.documentElement.scrollWidth <= innerWidth",
             "reportView.calls.triangles",
             "document.title",
+            ALL_READABLE,
+            "Math.max(...reportView.corners()) <= 1",
+            "reportRaised(String(-2.5e-13))",
         ];
         let Some(said) = opened(&page, width, &steps) else { return };
         assert_eq!(said[1], "1 of 1");
@@ -60,6 +88,9 @@ fn reports_open_without_errors_wide_and_narrow() {
         // Forty octahedra, and water.
         assert!(said[3].as_f64().unwrap() > 320.0, "{said:?}");
         assert_eq!(said[4], crate::support::BAD);
+        assert_eq!(said[5], true, "cells of the table of keys lie outside the window of {width} pixels");
+        assert_eq!(said[6], true, "edges of the box leave the view at {width} pixels");
+        assert_eq!(said[7], "-2.5 × 10⁻¹³");
     }
 }
 

@@ -21,6 +21,9 @@ fn a_report_holds_all_it_shows_and_takes_no_text_for_markup() {
         "sazanami run case.toml --threads 1 --ranks 1",
         "state hash abcdef",
         "2026-01-01T00:01:05Z",
+        "at time 5.0000 × 10⁻³ s along x₃",
+        "data-heading=\"value\">[30, 30, 30] mm<",
+        "data-heading=\"value\">2650 kg/m³<",
         "default-src 'none'",
     ] {
         assert!(page.contains(expected), "{expected}");
@@ -31,6 +34,35 @@ fn a_report_holds_all_it_shows_and_takes_no_text_for_markup() {
     // Nothing is loaded from anywhere.
     for from in ["src=\"http", "href=\"http", "url(http", "@import"] {
         assert!(!page.contains(from), "{from}");
+    }
+}
+
+#[test]
+fn a_run_without_liquid_tells_of_its_grains_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    results(folder.path(), 8, 2, [4, 4, 4]);
+    let page = |change: serde_json::Value, height: &str| {
+        let path = folder.path().join("summary.json");
+        let mut summary: serde_json::Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
+        summary["conservation"] = serde_json::json!({ "liquid_volume_relative_change": change });
+        summary["observables"] = serde_json::json!({});
+        fs::write(path, summary.to_string()).unwrap();
+        let series = "step,time [s],largest_grain_speed [m/s],largest_fluid_speed [m/s],kinetic_energy_grains [J]\n\
+                      0,0,0.5,0,0\n1,0.02,0.25,0,4.5e-6\n";
+        fs::write(folder.path().join("series.csv"), series).unwrap();
+        let water = format!("step,time [s],x [m],z [m]\n0,0,0.01,{height}\n0,0,0.02,{height}\n");
+        fs::write(folder.path().join("water.csv"), water).unwrap();
+        fs::read_to_string(sazanami_report::of_run(folder.path()).unwrap()).unwrap()
+    };
+    let dry = page(serde_json::Value::Null, "");
+    for expected in ["<dt>Grains</dt>", "<dd>250 mm/s</dd>", "<dd>4.5 µJ</dd>", "Zero at all times and not drawn: 1 of"]
+    {
+        assert!(dry.contains(expected), "{expected}");
+    }
+    for water in ["Surface of the water", "Largest speed of the liquid"] {
+        assert!(!dry.contains(water), "{water}");
+        // The control: with liquid it is there.
+        assert!(page(0.0.into(), "1e-2").contains(water), "{water}");
     }
 }
 

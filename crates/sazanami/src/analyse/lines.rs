@@ -7,6 +7,7 @@ use serde_json::Value;
 
 use super::output::newest_picture;
 use crate::case::units::with_bar;
+use crate::progress::{duration, time};
 
 /// Least part of the liquid that is told to be covered by grains: with their surfaces as bounds of the liquid there is none.
 const COVERED: Real = 5e-4;
@@ -54,11 +55,10 @@ pub(super) fn labelled<L: AsRef<str>>(rows: &[(L, String)]) -> Vec<String> {
 /// A line of the table at the end of a run: label, place in the summary, factor to the unit, unit, digits.
 struct Line(&'static str, &'static [&'static str], Real, &'static str, usize);
 
-const OF_RUN: &[Line] = &[
-    Line("simulated time", &["time_s"], 1e3, "ms", 3),
-    Line("time steps", &["steps"], 1.0, "", 0),
-    Line("contact sub-steps", &["grain_substeps"], 1.0, "", 0),
-    Line("wall-clock time", &["wall_s"], 1.0, "s", 1),
+const OF_STEPS: &[Line] =
+    &[Line("time steps", &["steps"], 1.0, "", 0), Line("contact sub-steps", &["grain_substeps"], 1.0, "", 0)];
+
+const OF_BED: &[Line] = &[
     Line("bed: porosity", &["observables", "bed", "porosity"], 1.0, "", 4),
     Line("bed: height H_s", &["observables", "bed", "height_mm"], 1.0, "mm", 3),
 ];
@@ -72,14 +72,12 @@ const OF_CRATER: &[Line] = &[
 
 const NOISE_BELOW_RIM: Line = Line(NOISE, &["observables", "erosion", "volume_below_rim_noise_mm3"], 1.0, "mm^3", 2);
 
-const OF_CAP: &[Line] = &[
-    Line(NOISE_OF_CAP, &["observables", "erosion", "volume_noise_mm3"], 1.0, "mm^3", 2),
-    Line("  by the layers of the paper", &["observables", "erosion", "volume_by_layers_mm3"], 1.0, "mm^3", 2),
-];
+const NOISE_OF_CAP: Line =
+    Line("  V of the same bed before the impact", &["observables", "erosion", "volume_noise_mm3"], 1.0, "mm^3", 2);
 
 const OF_SPLASH: &[Line] = &[
     Line("splashed grains", &["observables", "splash", "grains"], 1.0, "", 0),
-    Line("  mass", &["observables", "splash", "mass_mg"], 1.0, "mg", 3),
+    Line("  mass", &["observables", "splash", "mass_mg"], 1.0, "mg", 2),
     Line("  farthest from the axis", &["observables", "splash", "farthest_distance_mm"], 1.0, "mm", 2),
 ];
 
@@ -114,11 +112,16 @@ pub(super) fn rows(summary: &Value) -> Vec<Row> {
     if erosion["not_evaluated"].is_null() {
         rows.extend(volume(erosion, "volume").map(|value| (CAP, value)));
     }
-    rows.extend(of(OF_CAP).chain(of(OF_CRATER)).chain(of(OF_SPLASH)));
+    rows.extend(NOISE_OF_CAP.of(summary));
+    rows.extend(by_layers(erosion).map(|value| ("  by the layers of the paper", value)));
+    rows.extend(of(OF_CRATER).chain(of(OF_SPLASH)));
     if let Some(problem) = splash["not_evaluated"].as_str() {
         rows.push(("splashed grains", format!("not evaluated: {problem}")));
     }
-    rows.extend(of(OF_RUN));
+    rows.extend(number(summary, &["time_s"]).map(|seconds| ("simulated time", time(seconds))));
+    rows.extend(of(OF_STEPS));
+    rows.extend(number(summary, &["wall_s"]).map(|seconds| ("wall-clock time", duration(seconds))));
+    rows.extend(of(OF_BED));
     for (label, key) in RESIDUALS {
         rows.extend(number(summary, &["conservation", key]).map(|value| (label, format!("{value:.1e}"))));
     }
@@ -136,7 +139,6 @@ pub(super) fn rows(summary: &Value) -> Vec<Row> {
 const BELOW_RIM: &str = "volume below the plane of the rim";
 const CAP: &str = "erosion volume V, eq. (14)";
 const NOISE: &str = "  same bed before the impact (noise)";
-const NOISE_OF_CAP: &str = "  V of the same bed before the impact";
 
 /// The slope of a heap with its standard error, and how fast the grains still move.
 fn slope(heap: &Value) -> Option<String> {
@@ -160,13 +162,29 @@ fn volume(erosion: &Value, key: &str) -> Option<String> {
     Some(format!("{amount} mm^3{caution}"))
 }
 
+/// The volume by layers, with the digits of the uncertainty of V where that is known.
+fn by_layers(erosion: &Value) -> Option<String> {
+    let volume = number(erosion, &["volume_by_layers_mm3"])?;
+    let bar = number(erosion, &["volume_uncertainty_mm3"]);
+    let [volume, _] = with_bar(volume, bar.unwrap_or_default());
+    Some(format!("{volume} mm^3"))
+}
+
+/// Whether there was liquid in a run, by its summary.
+pub(super) fn has_liquid(summary: &Value) -> bool {
+    let has_volume = number(summary, &["conservation", "liquid_volume_relative_change"]).is_some();
+    let has_particles = number(summary, &["counts", "fluid_particles"]).is_some_and(|count| count > 0.0);
+    let momentum = summary["momentum"]["now"]["liquid"].as_array();
+    has_volume || has_particles || momentum.into_iter().flatten().any(|part| part.as_f64() != Some(0.0))
+}
+
 /// Since when the volume below the rim stays as it is, where the crater has come to rest, or why that is not known.
 fn rest(crater_rest: &Value) -> Option<Row> {
     if let Some(problem) = crater_rest["not_evaluated"].as_str() {
         return Some(("  crater at rest", format!("not evaluated: {problem}")));
     }
     let since = number(crater_rest, &["within_uncertainty_since_s"]).filter(|_| crater_rest["at_rest"] == true)?;
-    Some(("  crater at rest since", format!("{:.3} ms", 1e3 * since)))
+    Some(("  crater at rest since", time(since)))
 }
 
 /// Rows in columns of equal width, aligned to the right.
@@ -182,7 +200,7 @@ pub(super) fn aligned<const N: usize>(header: &[String; N], rows: &[[String; N]]
 mod tests {
     use serde_json::json;
 
-    use super::overlap;
+    use super::{has_liquid, overlap, rows};
 
     #[test]
     fn the_overlap_of_the_packing_is_told_where_it_was_deeper() {
@@ -193,5 +211,34 @@ mod tests {
         let shallow = told(json!({ "overlap_relative": 0.041, "packing_overlap_relative": 0.01 }));
         assert_eq!(shallow, Some("4.1 % of a radius".into()));
         assert_eq!(told(json!({ "packing_overlap_relative": 0.077 })), None);
+    }
+
+    #[test]
+    fn times_and_volumes_have_the_digits_that_are_known() {
+        let erosion = json!({ "volume_mm3": 140.31, "volume_uncertainty_mm3": 13.2, "volume_by_layers_mm3": 109.14 });
+        let rest = json!({ "at_rest": true, "within_uncertainty_since_s": 0.039 });
+        let summary =
+            json!({ "time_s": 0.071, "wall_s": 163.04, "observables": { "erosion": erosion, "crater_rest": rest } });
+        let rows = rows(&summary);
+        for (label, expected) in [
+            ("erosion volume V, eq. (14)", "140 +- 13 mm^3"),
+            ("  by the layers of the paper", "109 mm^3"),
+            ("  crater at rest since", "39 ms"),
+            ("simulated time", "71 ms"),
+            ("wall-clock time", "2 min 43 s"),
+        ] {
+            assert_eq!(rows.iter().find(|row| row.0 == label).map(|row| row.1.as_str()), Some(expected), "{label}");
+        }
+    }
+
+    #[test]
+    fn a_run_has_liquid_if_it_began_with_some_or_has_some_now() {
+        let without =
+            json!({ "conservation": { "liquid_volume_relative_change": null }, "counts": { "fluid_particles": 0 } });
+        assert!(!has_liquid(&without));
+        assert!(has_liquid(&json!({ "conservation": { "liquid_volume_relative_change": 0.0 } })));
+        assert!(has_liquid(&json!({ "counts": { "fluid_particles": 3 } })));
+        let flowed_in = |part: f64| json!({ "momentum": { "now": { "liquid": [0.0, 0.0, part] } } });
+        assert!(has_liquid(&flowed_in(-1e-9)) && !has_liquid(&flowed_in(0.0)));
     }
 }

@@ -27,6 +27,7 @@ use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::snapshot::Snapshot;
 use sazanami_posing::assembly::grains::after_packing;
+use sazanami_posing::case::amounts;
 use sazanami_posing::steps::fixed_step;
 
 use crate::bed_file::{self, Bed, BedGrain, Recipe};
@@ -169,8 +170,9 @@ impl<'a, B: Observer> Recorder<'a, B> {
         };
         self.job.say(format!(
             "warning: {now} contacts so far have become deeper than 20 % of a contact sphere's radius, the deepest of \
-             this step by {:.0} % between {a} and {b} at time {time:.4e} s; {ends}",
-            1e2 * contacts.largest_overlap
+             this step by {:.0} % between {a} and {b} at time {}; {ends}",
+            1e2 * contacts.largest_overlap,
+            amounts::time(time)
         ));
     }
 
@@ -325,7 +327,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
         }
         for Warning { about, text } in self.observer.warnings() {
             if !self.warned.contains(&about) {
-                self.job.say(format!("warning: at time {:.4e} s {text}", self.reached.0));
+                self.job.say(format!("warning: at time {} {text}", amounts::time(self.reached.0)));
                 self.warned.push(about);
             }
         }

@@ -71,8 +71,11 @@ pub fn results_with(folder: &Path, grains: usize, times: usize, cells: [usize; 3
         (0..20).map(|n| format!("{n},{},{},{}\n", f64::from(n) * 1e-3, 1e-4 * f64::from(n), 5e-3)).collect();
     fs::write(folder.join("series.csv"), format!("step,time [s],crater_depth [m],rim_radius [m]\n{rows}"))
         .expect(WRITABLE);
-    fs::write(folder.join("log.txt"), format!("2026-01-01T00:00:00Z  begun\n2026-01-01T00:01:05Z  warning: {BAD}\n"))
-        .expect(WRITABLE);
+    let log = format!(
+        "2026-01-01T00:00:00Z  begun\n2026-01-01T00:00:01Z  warning: at time 5.0000e-3 s along x3\n\
+         2026-01-01T00:01:05Z  warning: {BAD}\n"
+    );
+    fs::write(folder.join("log.txt"), log).expect(WRITABLE);
     let mut random = Random(7);
     let (mut points, mut images) =
         (PvdSeries::create(&folder.join("grains.pvd")), PvdSeries::create(&folder.join("fields.pvd")));

@@ -9,11 +9,12 @@ use serde_json::Value;
 use super::cycles::{CycleAverage, QUANTITIES};
 use super::measured::Compared;
 use super::tables::RunTables;
-use crate::analyse::lines::{labelled, number, overlap};
+use crate::analyse::lines::{has_liquid, labelled, number, overlap};
 use crate::analyse::output::newest_picture;
 use crate::analyse::table::Table;
 use crate::check::bed_flow;
 use crate::error::CommandError;
+use crate::progress::{duration, time};
 use crate::results::{BED_PROFILES, LAYER_MEANS, SERIES, WATER_PROFILES};
 
 /// A label and what stands beside it.
@@ -57,20 +58,21 @@ fn row(label: &str, value: impl Into<String>) -> Row {
     (label.to_owned(), value.into())
 }
 
+/// A number of the summary: label, place, how it is told.
+type Told<'a> = (&'a str, &'a [&'a str], &'a dyn Fn(Real) -> String);
+
 fn of_run(summary: &Value) -> Vec<Row> {
-    let all = [
-        ("time simulated", &["time_s"][..], "s", 4),
-        ("steps", &["steps"], "", 0),
-        ("grain sub-steps", &["grain_substeps"], "", 0),
-        ("wall-clock time", &["wall_s"], "s", 1),
-        ("fluid particles", &["counts", "fluid_particles"], "", 0),
-        ("grains", &["counts", "grains"], "", 0),
-        ("bed: porosity", &["observables", "bed", "porosity"], "", 4),
+    let counted = |value: Real| format!("{value:.0}");
+    let all: [Told; 7] = [
+        ("time simulated", &["time_s"], &time),
+        ("steps", &["steps"], &counted),
+        ("grain sub-steps", &["grain_substeps"], &counted),
+        ("wall-clock time", &["wall_s"], &duration),
+        ("fluid particles", &["counts", "fluid_particles"], &counted),
+        ("grains", &["counts", "grains"], &counted),
+        ("bed: porosity", &["observables", "bed", "porosity"], &|value| format!("{value:.4}")),
     ];
-    let text = |(label, path, unit, digits): (&str, &[&str], &str, usize)| {
-        number(summary, path).map(|value| row(label, format!("{value:.digits$} {unit}")))
-    };
-    all.into_iter().filter_map(text).collect()
+    all.into_iter().filter_map(|(label, path, text)| Some(row(label, text(number(summary, path)?)))).collect()
 }
 
 fn of_relief(tables: &RunTables) -> Vec<Row> {
@@ -128,8 +130,12 @@ fn of_layers(cycles: &[CycleAverage]) -> Vec<Row> {
     QUANTITIES.into_iter().filter_map(text).collect()
 }
 
+/// What belongs to the water, if there is any.
 fn of_water(summary: &Value) -> Vec<Row> {
     let mut rows = Vec::new();
+    if !has_liquid(summary) {
+        return rows;
+    }
     if let Some(extent) = number(summary, &["observables", "water", "highest_less_lowest_mm"]) {
         rows.push(row("water surface, highest less lowest", format!("{extent:.2} mm")));
     }
@@ -168,10 +174,14 @@ fn above_rim(series: &Table) -> Option<Row> {
 
 fn of_scheme(summary: &Value) -> Vec<Row> {
     let mut rows = Vec::new();
-    if let Some(value) = number(summary, &["particles", "worst_strain_rms"]) {
+    let has_liquid = has_liquid(summary);
+    if let Some(value) = number(summary, &["particles", "worst_strain_rms"]).filter(|_| has_liquid) {
         rows.push(row("largest volume strain, rms", format!("{:.2} %", 1e2 * value)));
     }
     rows.extend(overlap(summary, "a radius").map(|value| row("largest overlap of grains", value)));
+    if !has_liquid {
+        return rows;
+    }
     let counted = ["clipped", "collisions", "limited_voids", "uncorrected_gradients"]
         .map(|key| number(summary, &["particles", key]));
     if let [Some(clipped), Some(collisions), Some(voids), Some(plain)] = counted {
@@ -197,4 +207,27 @@ fn absent(folder: &Path, tables: &RunTables) -> Result<Vec<Row>, CommandError> {
         }
     }
     Ok(rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn a_tank_without_water_has_no_lines_of_water() {
+        let told = |change: Value| {
+            let summary = json!({
+                "conservation": { "liquid_volume_relative_change": change, "drag_exchange_residual_relative": 0.0,
+                                  "fluid_momentum_residual_relative": [null, null, null] },
+                "worst": { "overlap_relative": 0.01 },
+                "particles": { "worst_strain_rms": 0.0, "clipped": 0, "collisions": 0, "limited_voids": 0, "uncorrected_gradients": 0 },
+            });
+            of_water(&summary).into_iter().chain(of_scheme(&summary)).map(|(label, _)| label).collect::<Vec<_>>()
+        };
+        assert_eq!(told(Value::Null), ["largest overlap of grains"]);
+        // The control: with water there are all.
+        assert_eq!(told(json!(1e-4)).len(), 5);
+    }
 }
