@@ -129,7 +129,7 @@ pub fn surface_tension(case: &Case, domain: &Domain, boundary: &Boundary) -> Opt
     Some(of_pores(if has_wide { tension.with_angle_on_grains(domain, boundary, angle) } else { tension }))
 }
 
-/// Whether grains may be wide enough on cells of this size [m] to have a contact angle; the size of a shape from a file is not known yet.
+/// Whether grains may be wide enough on cells of this size \[m] to have a contact angle; the size of a shape from a file is not known yet.
 pub fn has_wide_grains(case: &Case, spacing: Vector) -> bool {
     let narrow = (1.0 - 1e-9) * WIDE * spacing.max_element();
     let may_be_wide =
