@@ -47,14 +47,13 @@ pub fn momentum(kilogram_metres: Real) -> String {
     shown(kilogram_metres, &[(0.0, 1e-5, "g cm/s"), (1e-2, 1.0, "kg m/s")])
 }
 
-/// A time in a run \[s], to three digits.
+/// A time in a run \[s].
 #[must_use]
 pub fn time(seconds: Real) -> String {
     if seconds == 0.0 {
         return "0 s".to_owned();
     }
-    let short: Real = format!("{seconds:.2e}").parse().unwrap_or(seconds);
-    shown(short, &[(0.0, 1e-9, "ns"), (1e-7, 1e-6, "us"), (1e-3, 1e-3, "ms"), (1.0, 1.0, "s")])
+    shown(seconds, &[(0.0, 1e-9, "ns"), (1e-7, 1e-6, "us"), (1e-3, 1e-3, "ms"), (1.0, 1.0, "s")])
 }
 
 /// A length of time that is known to a factor of two, to two digits: `42 s`, `3.3 min`, `5.2 h`.
@@ -117,7 +116,7 @@ mod tests {
         assert_eq!([7.238e-6, 1.93e-7, 2.6, 3e-9].map(mass), ["7.238 mg", "0.193 mg", "2.6 kg", "3 ug"]);
         assert_eq!(
             [0.039, 5.0000e-3, 0.0234567, 1.5, 3e-5, 0.0].map(time),
-            ["39 ms", "5 ms", "23.5 ms", "1.5 s", "30 us", "0 s"]
+            ["39 ms", "5 ms", "23.46 ms", "1.5 s", "30 us", "0 s"]
         );
         assert_eq!([80e-5, 0.25, 0.0].map(momentum), ["80 g cm/s", "0.25 kg m/s", "0 g cm/s"]);
         for value in [3.1e-9, 4.56e-5, 0.0123, 7.0, 5.5e4] {

@@ -16,7 +16,7 @@ use serde_json::json;
 
 use crate::key::{KeyDoc, Keys as _, TableDoc, ValueDoc};
 use crate::presets::{Preset, Solver};
-use crate::read::{At, Context, Table};
+use crate::read::{At, Context, Table, cannot_be_shown};
 use crate::tables::{
     Bed, BoundarySide, BoxDomain, Checkpoints, Contacts, Coupling, DemOptions, Drive, Erosion, FilmRoughness,
     FluidOptions, Follows, Frame, Gate, GrainPlacement, HeapObserved, LONGEST_STEP, LiquidRegion, Material, Materials,
@@ -240,16 +240,16 @@ impl Case {
                     "take a word of {LONGEST_NAME} bytes at most, without slashes, control characters and blanks at its ends"
                 ));
         }
-        if self.title.contains(char::is_control) {
+        if cannot_be_shown(&self.title) {
             cx.report
                 .error(table.place("title"), "`title` has control characters")
                 .label("it is shown in a terminal and on pages")
                 .help("leave them out");
         }
-        if self.materials.iter().any(|material| material.name.trim().is_empty()) {
+        if self.materials.iter().any(|material| material.name.trim().is_empty() || cannot_be_shown(&material.name)) {
             cx.report
-                .error(cx.places.at("material"), "a material has no name")
-                .label("it stands under a name of blanks, or of nothing")
+                .error(cx.places.at("material"), "a material has no name, or one that cannot be shown")
+                .label("it stands under a name of nothing, blanks or control characters")
                 .help("write `[material.sand]`");
         }
         if self.solver == Solver::Mps && !table.has("particles") {
@@ -265,6 +265,7 @@ impl Case {
         // Contacts have taken it over.
         self.dem.tension = false;
         check_names("grains", "populations", &self.grains, |population| &population.name, cx);
+        check_names("gate", "gates", &self.gates, |gate| &gate.name, cx);
         check_names("liquid", "liquids", &self.liquids, |liquid| &liquid.name, cx);
         cross_checks::check(self, cx);
         moving_particles::check(self, cx);

@@ -220,10 +220,14 @@ pub fn parse(path: &Path, text: &str, overrides: &[String]) -> Result<LoadedCase
     }
 }
 
-/// Whether there is a comma between digits at byte `at` of the text.
+/// Whether there is a comma between digits at byte `at` of the text, and no second one as in a list.
 fn is_decimal_comma(text: &str, at: usize) -> bool {
-    let is_digit = |at: Option<usize>| at.and_then(|at| text.as_bytes().get(at)).is_some_and(u8::is_ascii_digit);
-    text.as_bytes().get(at) == Some(&b',') && is_digit(at.checked_sub(1)) && is_digit(Some(at + 1))
+    let (before, after) = text.as_bytes().split_at(at.min(text.len()));
+    let digits = after.iter().skip(1).take_while(|byte| byte.is_ascii_digit()).count();
+    after.first() == Some(&b',')
+        && before.last().is_some_and(u8::is_ascii_digit)
+        && digits > 0
+        && after.get(1 + digits) != Some(&b',')
 }
 
 fn read_source(source: &Source, name: &str, folder: &Path, report: &mut Diagnostics) -> Option<(Case, Places)> {

@@ -95,6 +95,12 @@ pub struct At<'t> {
     is_part: bool,
 }
 
+/// Whether a text has characters that a terminal or a page would obey in place of showing them.
+pub(crate) fn cannot_be_shown(text: &str) -> bool {
+    let obeyed = |c: char| matches!(c, '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    text.chars().any(|c| c.is_control() || obeyed(c))
+}
+
 impl<'t> At<'t> {
     /// Nothing, in the same place: a table of which every key has its default.
     #[must_use]

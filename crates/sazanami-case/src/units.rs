@@ -245,18 +245,19 @@ fn split_number(text: &str, start: usize) -> Result<(&str, i32, usize), UnitErro
     Ok((mantissa, exponent, end))
 }
 
+/// What is meant by a number with commas: one alone is taken for a decimal point.
+pub(crate) fn without_commas(number: &str) -> String {
+    let is_alone = number.matches(',').count() == 1 && !number.contains('.');
+    number.replace(',', if is_alone { "." } else { "" })
+}
+
 /// Of a number with a comma at byte `comma`, as people write it whose decimals follow a comma or whose thousands do.
 fn decimal_comma(text: &str, start: usize, comma: usize) -> UnitError {
     let rest = &text[comma..];
     let of_number = |c: char| !(c.is_ascii_digit() || matches!(c, ',' | '.'));
     let end = comma + rest.find(of_number).unwrap_or(rest.len());
     let number = &text[start..end];
-    let points = number.matches('.').count();
-    let meant = match number.matches(',').count() {
-        1 if points == 0 => number.replace(',', "."),
-        _ => number.replace(',', ""),
-    };
-    let meant = format!("{meant}{}", &text[end..]);
+    let meant = format!("{}{}", without_commas(number), &text[end..]);
     UnitError {
         message: "decimals follow a decimal point, not a comma, and thousands have no mark".into(),
         suggestion: Some(format!("write `\"{}\"`", meant.trim_end())),

@@ -11,7 +11,7 @@ use toml::de::DeValue;
 
 use crate::key::{KeyDoc, ValueDoc};
 use crate::read::{At, Context};
-use crate::units::{Dimension, Quantity, SAME, parse_quantity, rounded, rounded_within};
+use crate::units::{Dimension, Quantity, SAME, parse_quantity, rounded, rounded_within, without_commas};
 use crate::write::{Paths, Written};
 
 pub use words::Word;
@@ -168,10 +168,12 @@ fn quantity(at: &At<'_>, key: &KeyDoc, unit: Quantity, cx: &mut Context<'_>) -> 
     }
 }
 
-/// Whether these are digits, perhaps behind a sign.
-fn is_number(text: &str) -> bool {
-    let digits = text.trim().trim_start_matches(['-', '+']);
-    !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit())
+/// Whether this is a number but for the commas in it.
+fn has_commas(text: &str) -> bool {
+    let number = text.strip_prefix(['-', '+']).unwrap_or(text);
+    let is_digit = |c: char| c.is_ascii_digit();
+    let all = number.chars().all(|c| is_digit(c) || matches!(c, ',' | '.'));
+    all && number.contains(',') && number.starts_with(is_digit) && number.ends_with(is_digit)
 }
 
 fn number(at: &At<'_>, key: &KeyDoc, cx: &mut Context<'_>) -> Option<Real> {
@@ -185,9 +187,11 @@ fn number(at: &At<'_>, key: &KeyDoc, cx: &mut Context<'_>) -> Option<Real> {
             None
         }
         None => {
-            let help = match at.text().split_once(',').filter(|(before, after)| is_number(before) && is_number(after)) {
-                Some((before, after)) => format!("decimals follow a decimal point: write {before}.{after}"),
-                None => "this quantity has no dimension: leave out quotes and unit".to_owned(),
+            let text = at.text().trim();
+            let help = if has_commas(text) {
+                format!("decimals follow a decimal point, and thousands have no mark: write {}", without_commas(text))
+            } else {
+                "this quantity has no dimension: leave out quotes and unit".to_owned()
             };
             cx.report
                 .error(at.span.clone(), format!("`{}` is not a number", key.name))

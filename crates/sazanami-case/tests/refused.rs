@@ -324,8 +324,15 @@ fn names_and_titles_that_cannot_be_shown_are_refused() {
         refused(&format!("liquid=[{}]", drop(name)), "has a name that cannot be shown");
     }
     let rain = drop("\"rain\"");
-    let found = findings(&[&format!("liquid=[{rain}, {rain}]")]);
+    let found = findings(&[&format!("liquid=[{rain}, {rain}, {}]", drop("\"hail\""))]);
     assert!(found.len() == 1 && found[0].contains("two liquids are called `rain`"), "{found:#?}");
+    for text in ["title=\"a\\u202eb\"", "material={ \"gl\\u001bss\" = { density = \"2650 kg/m^3\" } }"] {
+        let found = findings(&[text]);
+        assert!(
+            found.iter().any(|text| text.contains("control characters") || text.contains("cannot be shown")),
+            "{found:#?}"
+        );
+    }
     // Negative control.
     assert!(findings(&["title=\"砂と水\"", "grains.0.name=\"砂\"", &format!("liquid=[{rain}]")]).is_empty());
 }
@@ -351,18 +358,20 @@ fn a_fall_leads_downwards() {
         format!("liquid=[{{ region.sphere.diameter = \"1 mm\", above_bed = \"2 mm\", {fall} }}]")
     };
     for angle in ["90 deg", "120 deg", "-179 deg", "1e10 rad"] {
-        refused(&falling(angle), "does not lead downwards");
+        refused(&falling(angle), "a fall leads downwards");
     }
     assert!(findings(&[&falling("-89 deg")]).is_empty());
 }
 
 #[test]
 fn a_decimal_comma_is_named() {
-    refused("fluid.cfl=\"0,3\"", "decimals follow a decimal point: write 0.3");
+    refused("fluid.cfl=\"0,3\"", "and thousands have no mark: write 0.3");
+    refused("fluid.cfl=\"1,000.5\"", "write 1000.5");
     let found = findings_of(&BASE.replace("[domain]", "[fluid]\ncfl = 0,3\n[domain]"), &[]);
     assert!(found.len() == 1 && found[0].contains("decimals follow a decimal point"), "{found:#?}");
-    // A text is none, nor a list without its brackets.
-    for text in ["\"fast\"", "\"0,\"", "\"a,b\""] {
+    let found = findings_of(&BASE.replace("[20, 20, 20]", "20,20,20"), &[]);
+    assert!(found[0].contains("lists in brackets with commas"), "{found:#?}");
+    for text in ["\"fast\"", "\"0,\"", "\"a,b\"", "\"1,-3\""] {
         refused(&format!("fluid.cfl={text}"), "leave out quotes and unit");
     }
 }

@@ -201,7 +201,7 @@
     counts.forEach(object => { object.geometry = water.geometry; });
     capped();
     byId("view-time-said").textContent = `t = ${+(1e3 * time.time).toPrecision(5)} ms`;
-    byId("view-scale-said").textContent = `${+quantity.least.toPrecision(3)} to ${reportRaised(String(+quantity.most.toPrecision(3)))} ${quantity.unit}`;
+    byId("view-scale-said").textContent = `${reportRaised(String(+quantity.least.toPrecision(3)))} to ${reportRaised(String(+quantity.most.toPrecision(3)))} ${quantity.unit}`;
     tell();
     render();
   };

@@ -75,8 +75,11 @@ pub fn quantities(value: &str) -> Option<(Vec<f64>, String)> {
     parts.iter().all(|part| part.1 == unit).then(|| (parts.into_iter().map(|(value, _)| value).collect(), unit))
 }
 
-/// The value of a key, as a copy of a case has it, for people: its quantities in the units in which they are read best, names as they are.
-pub fn of_key(value: &str) -> String {
+/// The value of a `key`, as a copy of a case has it, for people: its quantities in the units in which they are read best, names as they are.
+pub fn of_key(key: &str, value: &str) -> String {
+    if ["name", "title"].contains(&key.rsplit('.').next().unwrap_or(key)) {
+        return value.trim_matches('"').to_owned();
+    }
     let (mut set, mut rest) = (String::with_capacity(value.len()), value);
     while let Some(first) = rest.chars().next() {
         let is_inside = set.ends_with(|before: char| before.is_alphanumeric() || before == '_');
@@ -170,7 +173,7 @@ mod tests {
                 "[{ factor = 1, position = [50, 25] mm, motion = free }]",
             ),
         ] {
-            assert_eq!(of_key(written), expected);
+            assert_eq!(of_key("key", written), expected);
         }
     }
 
@@ -184,7 +187,12 @@ mod tests {
             ("[\"x1_lower\", \"x1_upper\"]", "[x1_lower, x1_upper]"),
             ("\"axis(9)\"", "axis(9)"),
         ] {
-            assert_eq!(of_key(written), expected);
+            assert_eq!(of_key("key", written), expected);
         }
+        // A population may be called by its size.
+        for key in ["name", "grains.0.name", "title"] {
+            assert_eq!(of_key(key, "\"2.0 mm\""), "2.0 mm");
+        }
+        assert_eq!(of_key("grains.0.size", "\"2.0 mm\""), "2 mm");
     }
 }

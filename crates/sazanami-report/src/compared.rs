@@ -90,8 +90,9 @@ fn parameters(html: &mut Html, sides: &[Side], keys: &[String]) {
     if keys.is_empty() {
         html.raw("<p>None: the runs have the same case.</p>\n");
     } else {
-        let cell =
-            |side: &Side, key: &String| side.values.get(key).map_or("–".to_owned(), |value| amounts::of_key(value));
+        let cell = |side: &Side, key: &String| {
+            side.values.get(key).map_or("–".to_owned(), |value| amounts::of_key(key, value))
+        };
         let row = |key: &String| std::iter::once(key.clone()).chain(sides.iter().map(|side| cell(side, key))).collect();
         let rows: Vec<Vec<String>> = keys.iter().map(row).collect();
         html.table("Keys whose values are not the same in all runs", &headings("key", sides), &rows);

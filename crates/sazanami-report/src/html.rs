@@ -68,17 +68,17 @@ impl Html {
 
     /// Adds a table whose rows begin with their heading.
     pub fn table(&mut self, caption: &str, headings: &[&str], rows: &[Vec<String>]) {
-        self.table_of_class("plain", caption, headings, rows);
+        self.table_of_class(None, caption, headings, rows);
     }
 
     /// The same of which narrow screens show the cells of a row one below the other, each with its heading.
     pub fn table_of_cells(&mut self, caption: &str, headings: &[&str], rows: &[Vec<String>]) {
-        self.table_of_class("cells", caption, headings, rows);
+        self.table_of_class(Some("cells"), caption, headings, rows);
     }
 
-    fn table_of_class(&mut self, class: &'static str, caption: &str, headings: &[&str], rows: &[Vec<String>]) {
+    fn table_of_class(&mut self, class: Option<&'static str>, caption: &str, headings: &[&str], rows: &[Vec<String>]) {
         self.open("div", &[("class", "wide"), ("role", "region"), ("tabindex", "0"), ("aria-label", caption)]);
-        self.open("table", &[("class", class)]);
+        self.open("table", class.map(|class| ("class", class)).as_slice());
         self.element("caption", &[], caption);
         if !headings.is_empty() {
             self.raw("<thead><tr>");
@@ -93,7 +93,7 @@ impl Html {
                 match (number, is_part) {
                     (0, true) => self.element("th", &[("scope", "row"), ("class", "part")], cell.trim()),
                     (0, false) => self.element("th", &[("scope", "row")], cell),
-                    _ => match headings.get(number).filter(|_| class == "cells") {
+                    _ => match headings.get(number).filter(|_| class == Some("cells")) {
                         Some(&heading) => self.element("td", &[("data-heading", heading)], cell),
                         None => self.element("td", &[], cell),
                     },

@@ -198,9 +198,9 @@ fn row_of(key: &Changed) -> Vec<String> {
     let default = match &key.default {
         DefaultValue::Required => "required".to_owned(),
         DefaultValue::None => "none".to_owned(),
-        DefaultValue::Value(value) => amounts::of_key(value),
+        DefaultValue::Value(value) => amounts::of_key(&key.path, value),
     };
-    vec![key.path.clone(), amounts::of_key(&key.value), default, typeset(key.about)]
+    vec![key.path.clone(), amounts::of_key(&key.path, &key.value), default, typeset(key.about)]
 }
 
 /// The commands and the case.

@@ -30,11 +30,9 @@ pub(crate) fn can_be_written(loaded: &LoadedCase, report: &mut Diagnostics) {
             .error(span, title)
             .label(format!("there is no folder `{}`", folder.display()))
             .help("make the folder first, or name another");
-    } else if path.is_file() && Bed::read(path).is_err() {
-        report
-            .error(span, title)
-            .label("there is a file that holds no bed")
-            .help("name another, or take that file away first");
+    } else if let Some(Err(error)) = path.exists().then(|| Bed::read(path)) {
+        let label = format!("there is something that is no bed: {error}");
+        report.error(span, title).label(label).help("name another file, or take this one away first");
     } else if let Err(error) = try_to_write(folder) {
         report.error(span, title).label(error.to_string()).help("name a file in a folder that can be written to");
     }

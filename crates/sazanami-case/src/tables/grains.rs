@@ -10,7 +10,7 @@ use super::contact_spheres::ContactSphereKeys;
 use super::{ContactSphereChoice, GrainPlacement, GrainShape, Share, SizeDistribution};
 use crate::amounts::length;
 use crate::presets::{Paper, Solver};
-use crate::read::{Context, Table};
+use crate::read::{Context, Table, cannot_be_shown};
 use crate::suggest::nearest;
 use crate::units::rounded;
 
@@ -280,10 +280,11 @@ impl Population {
                 let height = cx.known.domain.extent().z;
                 if let Some(level) = packing.highest_level().filter(|level| *level > height && height > 0.0) {
                     let title = "the level of this bed lies above the box: nothing is taken away";
+                    let help = if table.has("count") { "lower `level`, or leave it out" } else { "lower `level`" };
                     cx.report
                         .warning(Some(table.place("placement")), title)
                         .label(format!("levelled at {} at most, the box is {} high", length(level), length(height)))
-                        .help("lower `level`, or leave it out");
+                        .help(help);
                 }
                 if table.has("count") {
                     return self.count;
@@ -313,21 +314,20 @@ impl Population {
 
 /// Names tell the `things` of a list of tables apart in results.
 pub(crate) fn check_names<T>(list: &str, things: &str, all: &[T], name: impl Fn(&T) -> &String, cx: &mut Context<'_>) {
-    let mut names: Vec<&str> = all.iter().map(|one| name(one).as_str()).collect();
+    let names: Vec<&str> = all.iter().map(|one| name(one).as_str()).collect();
     let place = |n: usize, cx: &Context<'_>| {
         let of = format!("{list}.{n}");
         cx.places.of(&format!("{of}.name")).or_else(|| cx.places.near(&of)).unwrap_or(0..0)
     };
-    if let Some(n) = names.iter().position(|name| name.trim().is_empty() || name.contains(char::is_control)) {
+    if let Some(n) = names.iter().position(|name| name.trim().is_empty() || cannot_be_shown(name)) {
         cx.report
             .error(place(n, cx), format!("one of the {things} has a name that cannot be shown"))
             .label("it is empty, blank or has control characters")
             .help("give it a word for a name, or leave `name` out");
     }
-    names.sort_unstable();
-    if let Some(twice) = names.windows(2).find(|pair| pair[0] == pair[1]) {
+    if let Some(n) = (0..names.len()).find(|&n| names[..n].contains(&names[n])) {
         cx.report
-            .error(place(all.len() - 1, cx), format!("two {things} are called `{}`", twice[0]))
+            .error(place(n, cx), format!("two {things} are called `{}`", names[n]))
             .label("results refer to them by name")
             .help("give each a `name` of its own");
     }

@@ -71,7 +71,7 @@ impl VelocityKeys {
         if self.fall.is_some_and(|fall| fall.angle.abs() > FRAC_PI_2 - 1e-9) {
             let span = cx.places.near(&format!("{}.fall.angle", table.at().path)).unwrap_or(table.span());
             cx.report
-                .error(span, "this fall does not lead downwards")
+                .error(span, "a fall leads downwards: its angle lies between -90 deg and 90 deg")
                 .label("measured from the vertical")
                 .help("take an angle below 90 deg, or a `velocity` for a liquid that does not fall");
         }

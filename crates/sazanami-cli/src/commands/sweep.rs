@@ -120,8 +120,9 @@ fn list(sweep: &sazanami_sweep::Sweep, side_by_side: SideBySide) {
     let SideBySide { runs, threads } = side_by_side;
     let walls = |n: usize| sweep.runs().iter().map(|run| run.needs.wall[n]).sum::<f64>() / runs as f64;
     outln!(
-        "{} runs, {runs} at a time on {threads} threads each: about {} in all, {:.2} GB on disk",
+        "{} runs, {runs} at a time on {threads} thread{} each: about {} in all, {:.2} GB on disk",
         sweep.runs().len(),
+        if threads == 1 { "" } else { "s" },
         times([walls(0), walls(1)]),
         sweep.runs().iter().map(|run| run.needs.disk).sum::<f64>() / 1e9
     );

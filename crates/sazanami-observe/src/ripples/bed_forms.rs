@@ -1,7 +1,6 @@
 //! Forms of a bed: the mound of the tank's wave, and ripples on it.
 //!
-//! A standing wave heaps sand under the antinodes of its velocity (Jan and Yen 1992: bars beneath the nodes of standing
-//! waves, with small ripples riding on their tops). Such a mound has harmonics as short as ripples, so that a spectrum in a
+//! A standing wave heaps sand under the antinodes of its velocity, beneath the nodes of its surface. Such a mound has harmonics as short as ripples, so that a spectrum in a
 //! band of wavelengths measures the mound. The two are told apart: the mound by the highest peak of the whole spectrum,
 //! ripples by crests of at least a grain's size in what is left without waves longer than ripples can be, where the flow is
 //! strong enough for them.

@@ -133,11 +133,11 @@ fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
         let left = population.levelled.map_or(String::new(), |left| format!(", about {left} stay below the level"));
         let _ = writeln!(text, "grains        {}: {count}, {how}{left}", population.name);
         if let (Some(size), Some(cells)) = (population.size_m, population.cells_per_grain) {
-            let smallest = if written.sizes().draws() { " of the smallest" } else { "" };
+            let smallest = if written.sizes().draws() { "smallest " } else { "" };
             let _ = match &report.particles {
                 Some(particles) => writeln!(
                     text,
-                    "  resolution  grain size {}{smallest}: {:.2} particle spacings",
+                    "  resolution  {smallest}grain size {}: {:.2} particle spacings",
                     length(size),
                     size / particles.spacing_m
                 ),
@@ -153,7 +153,7 @@ fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
                         _ => String::new(),
                     };
                     let cells = if cells < 0.1 { rounded(cells) } else { number(cells, 2) };
-                    writeln!(text, "  resolution  {cells} cells on the grain size {}{smallest}{narrow}", length(size))
+                    writeln!(text, "  resolution  {cells} cells on the {smallest}grain size {}{narrow}", length(size))
                 }
             };
         }
@@ -185,7 +185,7 @@ fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
     if let Some(exchange) = &report.exchange {
         let _ = match exchange.narrowest_cells {
             Some(cells) => {
-                let lost = if cells < RESOLVED { "; below two cells its drag is hardly resolved at all" } else { "" };
+                let lost = if cells < RESOLVED { "; below two cells its drag is not resolved" } else { "" };
                 writeln!(text, "exchange      {}: the narrowest grain is {cells:.2} cells wide{lost}", exchange.scheme)
             }
             None => writeln!(text, "exchange      {}", exchange.scheme),
@@ -292,12 +292,10 @@ fn shared(text: &mut String, report: &RanksReport) {
             number(grains, 2)
         );
     }
-    let parts = parts_of(&report.predicted_s);
     let _ = writeln!(
         text,
-        "  time        about {} ({}), where each rank has {} processor{} of its own like these; messages take more",
-        estimate(report.predicted_total_s),
-        parts.join(", "),
+        "  time        {}, where each rank has {} processor{} of its own like these; messages take more",
+        predicted(report.predicted_total_s, &report.predicted_s, ""),
         report.threads,
         if report.threads == 1 { "" } else { "s" }
     );
@@ -330,10 +328,12 @@ fn shared(text: &mut String, report: &RanksReport) {
     }
 }
 
-/// The parts of a time that take some.
-fn parts_of(predicted: &[(&str, Real)]) -> Vec<String> {
-    let long = predicted.iter().filter(|(_, seconds)| *seconds >= SHORT);
-    long.map(|(name, seconds)| format!("{name} {}", estimate(*seconds))).collect()
+/// A predicted time, `on` what, with the parts that take some of it.
+fn predicted(total: Real, parts: &[(&str, Real)], on: &str) -> String {
+    let about = if total < SHORT { "less than 0.1 s".to_owned() } else { format!("about {}", estimate(total)) };
+    let long = parts.iter().filter(|(_, seconds)| *seconds >= SHORT);
+    let parts: Vec<String> = long.map(|(name, seconds)| format!("{name} {}", estimate(*seconds))).collect();
+    if parts.is_empty() { format!("{about}{on}") } else { format!("{about}{on} ({})", parts.join(", ")) }
 }
 
 fn cost(text: &mut String, case: &Case, report: &CheckReport) {
@@ -341,24 +341,13 @@ fn cost(text: &mut String, case: &Case, report: &CheckReport) {
         |available: Option<u64>| available.map_or_else(String::new, |free| format!(" of {} free", bytes(free as Real)));
     let _ = writeln!(text, "\nmemory        {}{}", bytes(report.memory_bytes), free(report.memory_available));
     let _ = writeln!(text, "disk          {}{}", bytes(report.disk_bytes), free(report.disk_available));
-    let parts = parts_of(&report.predicted_s);
-    let about = if report.predicted_total_s < SHORT {
-        "less than 0.1 s".to_owned()
+    let on = format!(" on {} thread{}", report.threads, if report.threads == 1 { "" } else { "s" });
+    let most = if report.predicted_most_s > (1.2 * report.predicted_total_s).max(0.1) {
+        format!(", up to {} with the most steps", estimate(report.predicted_most_s))
     } else {
-        format!("about {}", estimate(report.predicted_total_s))
+        String::new()
     };
-    let _ = writeln!(
-        text,
-        "run time      {about} on {} thread{}{}{}",
-        report.threads,
-        if report.threads == 1 { "" } else { "s" },
-        if parts.is_empty() { String::new() } else { format!(" ({})", parts.join(", ")) },
-        if report.predicted_most_s > (1.2 * report.predicted_total_s).max(0.1) {
-            format!(", up to {} with the most steps", estimate(report.predicted_most_s))
-        } else {
-            String::new()
-        }
-    );
+    let _ = writeln!(text, "run time      {}{most}", predicted(report.predicted_total_s, &report.predicted_s, &on));
     let _ = writeln!(text, "              an estimate, good to a factor of two");
     if let Some(ranks) = &report.ranks {
         shared(text, ranks);

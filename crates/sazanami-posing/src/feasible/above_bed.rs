@@ -79,10 +79,15 @@ impl Search<'_> {
         let place = |key: &str| self.loaded.places.of(&format!("liquid.{number}.{key}"));
         let span = place("above_bed").or_else(|| place("gap_above_bed")).unwrap_or(0..0);
         let title = format!("`{}` does not fit above the bed", liquid.name);
-        let bed = bed.map_or("without any bed".to_owned(), |bed| format!("the bed H_s = {}", length(bed - floor)));
+        let of_bed = bed.map_or("without any bed".to_owned(), |bed| format!("the bed H_s = {}", length(bed - floor)));
         let label =
-            format!("it reaches {} above the floor, the box {}, {bed}", length(height - floor), length(top - floor));
-        let help = format!("lower it by {}, or make the box higher", at_least(height - top));
+            format!("it reaches {} above the floor, the box {}, {of_bed}", length(height - floor), length(top - floor));
+        let least = at_least(height - top);
+        let help = if bed.is_some() {
+            format!("lower it by {least}, or make the box higher")
+        } else {
+            format!("lower it by {least} and the height of the bed, or make the box higher")
+        };
         // A bed that relaxes first may sink.
         if lying.iter().any(|grain| grain.origin == (Origin::Bed { relaxes: true })) {
             self.report.warning(Some(span), title).label(label).help(help);

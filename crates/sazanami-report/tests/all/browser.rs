@@ -42,7 +42,7 @@ const DRAWN: &str = "reportCharts.filter(chart => { const c = chart.figure.query
     return c.getContext('2d').getImageData(0, 0, c.width, c.height).data.some(x => x); }).length + ' of ' + reportCharts.length";
 
 /// Whether all cells of the table of keys lie within the window.
-const ALL_READABLE: &str = "[...document.querySelectorAll('.cells td, .cells tbody th')].every(cell => cell.getBoundingClientRect().right <= innerWidth)";
+const ALL_READABLE: &str = "(cells => cells.length > 0 && cells.every(cell => cell.getBoundingClientRect().right <= innerWidth))([...document.querySelectorAll('.cells td, .cells tbody th')])";
 
 #[test]
 fn a_press_on_the_section_opens_it_in_full() {

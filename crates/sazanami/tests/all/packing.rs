@@ -105,7 +105,7 @@ fn a_bed_that_cannot_be_written_is_reported_before_it_is_packed() {
     assert!(refused(folder.path()).contains("add the name of a file"));
     let notes = folder.join("notes.txt");
     std::fs::write(&notes, "important").unwrap();
-    assert!(refused(&notes).contains("there is a file that holds no bed"));
+    assert!(refused(&notes).contains("there is something that is no bed"));
     assert_eq!(std::fs::read_to_string(&notes).unwrap(), "important");
     std::fs::remove_file(&notes).unwrap();
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "the trial leaves nothing");
