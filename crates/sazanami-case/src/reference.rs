@@ -13,7 +13,7 @@ Generated from the declarations of the keys by `cargo xtask generate`; `sazanami
 
 [Case files](../case-files.md) describes how values are written. A default in *italics* is the other one of
 [`preset = \"paper_literal\"`](../paper-literal.md), where the two differ; \"required\" keys have none. `sazanami run` writes
-all of them into OUT/case.toml as it used them.
+all of them into OUT/case.toml as it used them. Addresses of the papers: [references](../references.md).
 
 Kinds of values: a **length**, a **velocity**, ... are texts with a unit (`\"0.52 mm\"`); **number** and **count** are bare;
 **vector** is a list of three; **word** is one of those listed; **file** is relative to the case file.

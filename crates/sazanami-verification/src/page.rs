@@ -85,7 +85,10 @@ fn results(rows: &[Row]) -> String {
         rows.iter().map(|row| row.source.as_str()).filter(|source| !source.is_empty()).collect();
     sources.sort_unstable();
     sources.dedup();
-    text.push_str(&format!("\nReferences and bands: {}.\n", sources.join("; ")));
+    text.push_str(&format!(
+        "\nReferences and bands: {}. Addresses of the papers: [references](../../docs/references.md).\n",
+        sources.join("; ")
+    ));
     text
 }
 
