@@ -110,7 +110,7 @@ pub(crate) struct Collector {
     share: Share,
 }
 
-/// Fields to search; all ghosts of `c` and the first of `u` must be filled.
+/// Fields to search; all ghosts of `c` and `open` and the first of `u` must be filled.
 #[derive(Clone, Copy)]
 pub(crate) struct View<'a> {
     pub c: &'a [Real],
