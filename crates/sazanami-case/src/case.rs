@@ -16,7 +16,7 @@ use serde_json::json;
 
 use crate::key::{KeyDoc, Keys as _, TableDoc, ValueDoc};
 use crate::presets::{Preset, Solver};
-use crate::read::{At, Context, Table, cannot_be_shown};
+use crate::read::{At, Context, ORDER, Table, cannot_be_shown};
 use crate::tables::{
     Bed, BoundarySide, BoxDomain, Checkpoints, Contacts, Coupling, DemOptions, Drive, Erosion, FilmRoughness,
     FluidOptions, Follows, Frame, Gate, GrainPlacement, HeapObserved, LONGEST_STEP, LiquidRegion, Material, Materials,
@@ -134,38 +134,6 @@ pub struct Case {
     #[key(table, from_nothing)]
     pub checkpoint: Checkpoints,
 }
-
-/// Order of the tables in the copy of a case and in the reference.
-pub(crate) const ORDER: [&str; 28] = [
-    "name",
-    "title",
-    "preset",
-    "solver",
-    "gravity",
-    "domain",
-    "boundary",
-    "frame",
-    "drive",
-    "fluid",
-    "coupling",
-    "particles",
-    "overlap",
-    "preparation",
-    "liquid",
-    "gate",
-    "dem",
-    "material",
-    "contact",
-    "grains",
-    "bed",
-    "heap",
-    "erosion",
-    "ripples",
-    "probe",
-    "output",
-    "checkpoint",
-    "run",
-];
 
 /// The declaration of a case, its tables in that order.
 pub(crate) fn docs_in_order() -> TableDoc {

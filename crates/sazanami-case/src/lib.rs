@@ -245,6 +245,13 @@ fn read_source(source: &Source, name: &str, folder: &Path, report: &mut Diagnost
     if !syntax_errors.is_empty() {
         return None;
     }
+    if let Some((name, _)) = tree.get_ref().get_key_value("case").filter(|_| !tree.get_ref().contains_key("domain")) {
+        report
+            .error(name.span(), "this is the plan of a sweep, not a case")
+            .label("it names its case")
+            .help("`sazanami sweep` makes its runs, `sazanami calibrate` those of one with `[targets]`");
+        return None;
+    }
     overrides::apply(&mut tree, source, &padded, report);
     let root = DeValue::Table(tree.into_inner());
     let mut context = read::Context::new(report, folder);

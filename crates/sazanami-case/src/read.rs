@@ -16,6 +16,38 @@ use crate::suggest::nearest;
 use crate::units::rounded_within;
 use crate::value::{Given, Range1, Value};
 
+/// Order of the tables in the copy of a case and in the reference.
+pub(crate) const ORDER: [&str; 28] = [
+    "name",
+    "title",
+    "preset",
+    "solver",
+    "gravity",
+    "domain",
+    "boundary",
+    "frame",
+    "drive",
+    "fluid",
+    "coupling",
+    "particles",
+    "overlap",
+    "preparation",
+    "liquid",
+    "gate",
+    "dem",
+    "material",
+    "contact",
+    "grains",
+    "bed",
+    "heap",
+    "erosion",
+    "ripples",
+    "probe",
+    "output",
+    "checkpoint",
+    "run",
+];
+
 /// Places of the keys of a case: byte ranges in its [`Source`](crate::Source), by paths such as
 /// `grains.0.shape.sphere.diameter`.
 #[derive(Clone, Debug, Default)]
@@ -428,6 +460,12 @@ impl<'a> Context<'a> {
             return;
         }
         let finding = self.report.error(span, format!("unknown {what} `{name}`"));
+        if what == "key" && ORDER.contains(&name) && !known.contains(&name) {
+            finding
+                .label("a key of the case, not of this table")
+                .help(format!("put it above the first table, or write it as `[{name}]`"));
+            return;
+        }
         let mut sorted = known.to_vec();
         sorted.sort_unstable();
         match nearest(name, sorted.iter().copied()) {

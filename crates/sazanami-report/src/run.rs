@@ -11,6 +11,8 @@ use sazanami::finished::Finished;
 use sazanami::progress::duration;
 use sazanami::results::{BED_PROFILES, CASE, CRATER_PROFILES, LAYER_MEANS, LOG, SERIES, WATER_PROFILES};
 
+use serde_json::Value;
+
 use crate::amounts::{self, rounded};
 use crate::charts::{self, Chart};
 use crate::html::Html;
@@ -203,14 +205,37 @@ fn row_of(key: &Changed) -> Vec<String> {
     vec![key.path.clone(), amounts::of_key(&key.path, &key.value), default, typeset(key.about)]
 }
 
+/// What keeps a run from being repeated bit for bit at once, by its history in the summary.
+fn detours(history: &Value) -> Vec<String> {
+    let values = |key: &str| history[key].as_array().into_iter().flatten().map(ToString::to_string).collect::<Vec<_>>();
+    let (ranks, ends) = (values("ranks"), values("ends_s"));
+    let ranks = (ranks.len() > 1).then(|| format!("was on {} ranks", ranks.join(", then ")));
+    let ends = (!ends.is_empty())
+        .then(|| format!("had come to an end at {} s before it was given a later one", ends.join(" s, then ")));
+    ranks.into_iter().chain(ends).collect()
+}
+
 /// The commands and the case.
 fn how_to_repeat(html: &mut Html, run: &Finished) {
     html.section("repeat", "How to repeat it");
     let threads = run.summary["machine"]["threads"].as_u64().unwrap_or(1);
     let ranks = run.summary["machine"]["ranks"].as_u64().unwrap_or(1);
+    let steps = run.summary["steps"].as_u64().filter(|_| run.summary["status"] == "stopped");
+    let stop = steps.filter(|steps| *steps > 0).map_or(String::new(), |steps| format!(" --steps {steps}"));
     html.raw("<p>Save the case below beside the files that it names, and run it:</p>\n");
-    html.element("pre", &[("tabindex", "0")], &format!("sazanami run {CASE} --threads {threads} --ranks {ranks}"));
-    if let Some(hash) = run.summary["state_hash"].as_str() {
+    html.element(
+        "pre",
+        &[("tabindex", "0")],
+        &format!("sazanami run {CASE} --threads {threads} --ranks {ranks}{stop}"),
+    );
+    let detours = detours(&run.summary["history"]);
+    if !detours.is_empty() {
+        let text = format!(
+            "This run {}: one at once differs from it in the last bits, and by what grows out of them.",
+            detours.join(", and ")
+        );
+        html.element("p", &[], &text);
+    } else if let Some(hash) = run.summary["state_hash"].as_str().filter(|_| steps != Some(0)) {
         html.element("p", &[], &format!("The same program reaches the same state, bit for bit, with any number of threads: its summary then has the state hash {hash}."));
     }
     html.raw("<details><summary>The case, with every default</summary>\n");

@@ -105,8 +105,20 @@ impl Sweep {
     }
 }
 
-/// The last error that a process said.
+/// The error that a process ended with.
 fn refusal(log: &str) -> Option<String> {
-    let line = log.lines().rfind(|line| line.starts_with("error"))?;
-    Some(line.trim_start_matches("error").trim_start_matches(':').trim().to_owned())
+    let mut lines = log.lines().rev().take_while(|line| !line.starts_with("results in "));
+    lines.find_map(|line| line.strip_prefix("error:")).map(|cause| cause.trim().to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_errors_at_the_end_are_causes() {
+        assert_eq!(refusal("error: no file\n = help: make one\n"), Some("no file".into()));
+        let finished = "error: full\nerror of the momentum budget, relative  3.0e-9\nresults in runs/a\n";
+        assert_eq!(refusal(finished), None);
+    }
 }

@@ -84,14 +84,19 @@ impl Sweep {
             })
             .map_err(unwritable)?;
         written.map_err(unwritable)?;
-        Ok(Outcome { interrupted, ..self.collect()? })
+        Ok(Outcome { interrupted, ..self.gather()? })
     }
 
     /// Writes the table of what there is, and tells it.
     ///
     /// # Errors
-    /// If the table cannot be written.
+    /// If the runs are those of another plan or case, or the table cannot be written.
     pub fn collect(&self) -> Result<Outcome, CommandError> {
+        self.refuse_another()?;
+        self.gather()
+    }
+
+    fn gather(&self) -> Result<Outcome, CommandError> {
         let states = self.states();
         table::write(&self.folder, &self.runs, &states).map_err(|error| self.unwritable(&error))?;
         let sensitivity = self.write_sensitivity(&states).map_err(|error| self.unwritable(&error))?;
@@ -158,18 +163,7 @@ impl Sweep {
 
     /// Makes the folder, or refuses one that is something else's; writes the cases. Holds the sweep until the end.
     fn prepare(&self) -> Result<Option<File>, CommandError> {
-        let record = self.record();
-        let path = self.folder.join(RECORD);
-        match fs::read_to_string(&path) {
-            Ok(text) => self.refuse_other(&path, &text, &record)?,
-            Err(_) if is_filled(&self.folder) => {
-                return Err(CommandError::input(
-                    format!("`{}` is not empty, and no sweep is in it", self.folder.display()),
-                    "choose another folder with --out",
-                ));
-            }
-            Err(_) => {}
-        }
+        self.refuse_another_plan()?;
         let unwritable = |error: std::io::Error| self.unwritable(&error);
         fs::create_dir_all(self.folder.join(CASES)).map_err(unwritable)?;
         let lock = self.lock()?;
@@ -177,7 +171,8 @@ impl Sweep {
         for (number, run) in self.runs.iter().enumerate() {
             self.write(&self.case_of(number), &run.text)?;
         }
-        write_json(&path, &record).map_err(|error| CommandError::Undone(error.to_string()))?;
+        write_json(&self.folder.join(RECORD), &self.record())
+            .map_err(|error| CommandError::Undone(error.to_string()))?;
         Ok(lock)
     }
 
@@ -188,6 +183,28 @@ impl Sweep {
             settings: run.settings.clone(),
         };
         Record { version: env!("CARGO_PKG_VERSION").to_owned(), runs: self.runs.iter().map(run).collect() }
+    }
+
+    /// Refuses a folder with runs of another plan or case than this.
+    ///
+    /// # Errors
+    /// If it has some, or holds something else.
+    pub fn refuse_another(&self) -> Result<(), CommandError> {
+        self.refuse_another_plan()?;
+        self.refuse_other_cases()
+    }
+
+    /// Refuses a folder that is something else's, or another plan's.
+    fn refuse_another_plan(&self) -> Result<(), CommandError> {
+        let path = self.folder.join(RECORD);
+        match fs::read_to_string(&path) {
+            Ok(text) => self.refuse_other(&path, &text, &self.record()),
+            Err(_) if is_filled(&self.folder) => Err(CommandError::input(
+                format!("`{}` is not empty, and no sweep is in it", self.folder.display()),
+                "choose another folder with --out",
+            )),
+            Err(_) => Ok(()),
+        }
     }
 
     /// Refuses a folder whose sweep has other runs; a sweep may be given more of them at its end.
@@ -222,7 +239,7 @@ impl Sweep {
             if !resolved::has_hash(&there, &run.hash) {
                 return Err(CommandError::input(
                     format!("`{}` holds a run of another case than the plan says", folder.display()),
-                    "put its case.toml back as it was written, or choose another folder with --out",
+                    "move it elsewhere, so that its run is made anew, or choose another folder with --out",
                 ));
             }
         }

@@ -12,7 +12,7 @@ use crate::results::CHECKPOINTS;
 /// The newest good checkpoint in a folder of results, with a message about each that is skipped.
 pub(crate) fn newest(folder: &Path, progress: &mut dyn Progress) -> Result<NewestCheckpoint, CommandError> {
     let newest = within(folder).newest_good().map_err(unreadable)?;
-    skipped(&newest).for_each(|text| progress.message(&text));
+    skipped(&newest).for_each(|text| progress.message(&format!("warning: {text}")));
     Ok(newest)
 }
 
@@ -24,6 +24,16 @@ pub(crate) fn last_good(folder: &Path) -> Option<PathBuf> {
 /// A line about each checkpoint that was skipped.
 pub(crate) fn skipped(newest: &NewestCheckpoint) -> impl Iterator<Item = String> {
     newest.skipped.iter().map(|(path, error)| format!("skipped {}: {error}", path.display()))
+}
+
+/// Gives those that were skipped another name, so that they do not count among the checkpoints that are kept.
+pub(crate) fn put_aside(newest: &NewestCheckpoint) {
+    for (path, _) in newest.skipped.iter().filter(|(path, _)| path.is_file()) {
+        let mut aside = path.clone().into_os_string();
+        aside.push(".damaged");
+        // One that stays is skipped again.
+        let _ = std::fs::rename(path, aside);
+    }
 }
 
 /// Reads the state that is not physics.

@@ -6,7 +6,8 @@ use crate::case::{Diagnostics, LoadedCase};
 use crate::check::{self, CheckReport, CostModel, Known};
 use crate::error::CommandError;
 use crate::machine::{self, Machine};
-use crate::{feasible, tanks, workers};
+use crate::tanks::{self, Maker};
+use crate::{feasible, workers};
 
 /// Result of the examination of a case that can run.
 #[derive(Clone, Debug)]
@@ -32,7 +33,7 @@ pub fn examine(
 ) -> Result<Examined, CommandError> {
     let (machine, model) = (Machine::this(), CostModel::default());
     let feasible = feasible::check(loaded, &machine, &model)?;
-    let ready = tanks::made_ready(loaded, commit)?;
+    let ready = tanks::made_ready(loaded, Maker { commit, ranks: ranks.unwrap_or(1), ..Maker::default() })?;
     let known = Known { shapes: &feasible.facts, made_ready: ready.tank.is_some() };
     let (asked, threads) = (threads, threads.unwrap_or(machine.cores));
     workers::few_enough(threads, machine.cores)?;

@@ -29,7 +29,7 @@ impl FolderLock {
         let unwritable = |error: std::io::Error| {
             CommandError::input(
                 format!("nothing can be written to `{}`: {error}", folder.display()),
-                "choose another folder with --out",
+                "make it writable, or work on a copy of it",
             )
         };
         let file = loop {

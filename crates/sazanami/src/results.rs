@@ -1,10 +1,11 @@
 //! The folder of results: chosen, refused or made before anything is computed or overwritten.
 
 use std::fs;
-use std::io::Write as _;
+use std::io::{Read as _, Write as _};
 use std::path::{Path, PathBuf};
 
 use crate::case::meaning::{Case, ContactSphereChoice, GrainPlacement, GrainShape, Population, TankMotion};
+use crate::case::resolved;
 use crate::error::CommandError;
 use crate::lock::FolderLock;
 pub use crate::log::LOG;
@@ -12,7 +13,8 @@ pub use crate::log::LOG;
 /// Chooses and prepares the folder of a run: `out`, or else `runs/<case>-<n>` with the next free number.
 ///
 /// # Errors
-/// If `out` is not empty and `force` is not set, is not a folder, or cannot be written.
+/// If `out` is not empty and `force` is not set, has files that a run would write and none of whose runs they are, is not a folder, or
+/// cannot be written.
 pub fn prepare(out: Option<&Path>, case_name: &str, force: bool) -> Result<PathBuf, CommandError> {
     let folder = match out {
         Some(folder) => folder.to_owned(),
@@ -30,6 +32,12 @@ pub fn prepare(out: Option<&Path>, case_name: &str, force: bool) -> Result<PathB
             "choose another folder with --out, overwrite it with --force, or go on with `sazanami resume`",
         ));
     }
+    if let Some(own) = of_nobodys_run(&folder) {
+        return Err(CommandError::input(
+            format!("`{}` would be overwritten, and no run wrote it", folder.join(own).display()),
+            "choose another folder with --out",
+        ));
+    }
     let unwritable = |error: std::io::Error| {
         CommandError::input(
             format!("nothing can be written to `{}`: {error}", folder.display()),
@@ -43,10 +51,46 @@ pub fn prepare(out: Option<&Path>, case_name: &str, force: bool) -> Result<PathB
     Ok(folder)
 }
 
+/// The first file or folder in `folder` that a run would overwrite, if no run has been there.
+fn of_nobodys_run(folder: &Path) -> Option<&'static str> {
+    let begins = |name: &str| {
+        let mut start = [0; 64];
+        let read = fs::File::open(folder.join(name)).and_then(|mut file| file.read(&mut start));
+        String::from_utf8_lossy(&start[..read.unwrap_or(0)]).into_owned()
+    };
+    let has_run = begins(CASE).starts_with(resolved::HEADING) || begins(LOG).contains("  sazanami ");
+    WRITTEN.into_iter().chain([CASE]).find(|name| !has_run && folder.join(name).exists())
+}
+
 /// Whether a run that has not ended holds `folder`.
 #[must_use]
 pub fn is_in_use(folder: &Path) -> bool {
     FolderLock::refuse_held(folder).is_err()
+}
+
+/// What a run wrote into its folder, relative to it; neither links nor other files.
+pub(crate) fn written(folder: &Path) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut left: Vec<PathBuf> = WRITTEN.into_iter().chain([CASE, INPUTS]).map(PathBuf::from).collect();
+    while let Some(name) = left.pop() {
+        let path = folder.join(&name);
+        match fs::symlink_metadata(&path).map(|entry| entry.file_type()) {
+            Ok(kind) if kind.is_dir() => {
+                left.extend(
+                    fs::read_dir(&path).into_iter().flatten().flatten().map(|entry| name.join(entry.file_name())),
+                );
+            }
+            // What begins with a dot is being written.
+            Ok(kind)
+                if kind.is_file() && !name.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.')) =>
+            {
+                found.push(name.to_string_lossy().into_owned());
+            }
+            _ => {}
+        }
+    }
+    found.sort();
+    found
 }
 
 /// Files and folders that a run writes, beside its case.
@@ -239,6 +283,17 @@ pub(crate) fn inputs_of(case: &mut Case) -> Vec<PathBuf> {
     inputs(case).into_iter().map(|(_, file)| file.clone()).collect()
 }
 
+/// Hashes of what the files hold that populations and liquids name, in their order.
+pub(crate) fn contents(case: &Case) -> Vec<String> {
+    let hash = |file: &Path| match fs::read(file) {
+        Ok(bytes) => format!("{:016x}", xxhash_rust::xxh3::xxh3_64(&bytes)),
+        Err(_) => "missing".to_owned(),
+    };
+    let mut case = case.clone();
+    let files = inputs(&mut case).into_iter().filter(|(place, _)| !place.starts_with(TANK));
+    files.map(|(_, file)| hash(file)).collect()
+}
+
 /// Removes the copies that [`keep_inputs`] made under `folder` for an earlier run but those `needed`, and the folders
 /// that are empty then. What else lies there is somebody's own.
 fn clear_inputs(folder: &Path, needed: &[PathBuf]) -> Result<(), CommandError> {
@@ -303,10 +358,37 @@ mod tests {
         let folder = place.path().join("filled");
         assert_eq!(prepare(Some(&folder), "case", false).unwrap(), folder);
         assert!(prepare(Some(&folder), "case", false).is_ok());
-        fs::write(folder.join("series.csv"), "x").unwrap();
+        fs::write(folder.join("notes.txt"), "x").unwrap();
         assert_eq!(prepare(Some(&folder), "case", false).unwrap_err().exit_code(), 2);
         assert!(prepare(Some(&folder), "case", true).is_ok());
-        assert_eq!(fs::read_to_string(folder.join("series.csv")).unwrap(), "x");
+        // Pictures of a paper are nobody's results; those beside the copy of a case, or a log, are a run's.
+        fs::create_dir(folder.join("figures")).unwrap();
+        assert!(
+            prepare(Some(&folder), "case", true).unwrap_err().to_string().contains("figures` would be overwritten")
+        );
+        for (name, text) in [(CASE, "# The case as run: resolved"), (LOG, "2026-11-30T03:38:51Z  sazanami 0.2.0")] {
+            fs::write(folder.join(name), text).unwrap();
+            assert!(prepare(Some(&folder), "case", true).is_ok());
+            fs::remove_file(folder.join(name)).unwrap();
+        }
+        fs::write(folder.join(CASE), "# A case of my own").unwrap();
+        assert_eq!(prepare(Some(&folder), "case", true).unwrap_err().exit_code(), 2);
+        assert_eq!(fs::read_to_string(folder.join(CASE)).unwrap(), "# A case of my own");
+    }
+
+    #[test]
+    fn only_files_of_the_run_are_listed() {
+        let place = tempfile::tempdir().unwrap();
+        let folder = place.path();
+        for file in
+            ["figures/a.png", "figures/.b.png", "inputs/grains-0/bed/a.bed", "series.csv", "notes.txt", "other/x"]
+        {
+            fs::create_dir_all(folder.join(file).parent().unwrap()).unwrap();
+            fs::write(folder.join(file), "x").unwrap();
+        }
+        #[cfg(unix)]
+        std::os::unix::fs::symlink("..", folder.join("figures/up")).unwrap();
+        assert_eq!(written(folder), ["figures/a.png", "inputs/grains-0/bed/a.bed", "series.csv"]);
     }
 
     #[test]

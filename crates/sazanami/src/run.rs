@@ -22,7 +22,7 @@ use crate::log::{LOG, Log};
 use crate::machine::{self, Machine};
 use crate::progress::{Pace, Progress, StepLine, duration};
 use crate::stop::Stop;
-use crate::tanks::{self, MadeReady};
+use crate::tanks::{self, MadeReady, Maker};
 use crate::{checkpoints, recorder, results, simulation, workers};
 
 pub use crate::job::{ReportWriter, RunOptions, Status};
@@ -67,7 +67,7 @@ pub fn run(
     let machine = Machine::this();
     let mut feasible = feasible::check(loaded, &machine, &CostModel::default())?;
     let workers = workers::of_run(loaded, options, machine.cores)?;
-    let ready = tanks::made_ready(loaded, options.commit)?;
+    let ready = tanks::made_ready(loaded, Maker::of(&workers, options))?;
     foresee_limits(loaded, &mut feasible, &ready, options, workers.ranks * workers.threads);
     if !feasible.warnings.is_empty() {
         progress.warnings(&feasible.warnings, &loaded.source);
@@ -88,7 +88,7 @@ pub fn run(
     if let Some(later) = options.until.filter(|until| *until > loaded.case.run.until) {
         let end = loaded.case.run.until;
         log.message(&format!(
-            "the case ends at {end} s, before {later} s: `--set run.until=\"{later} s\"` lengthens it"
+            "warning: the case ends at {end} s, before {later} s: `--set run.until=\"{later} s\"` lengthens it"
         ));
     }
     ready.messages.iter().for_each(|text| log.message(text));
@@ -140,7 +140,10 @@ pub fn resume(
     let newest = checkpoints::newest(folder, progress)?;
     let (step, reader) = match &newest.good {
         Some(good) => good,
-        None if newest.skipped.is_empty() => return begin_again(&loaded, options, folder, progress, stop),
+        None if newest.skipped.is_empty() => {
+            refuse_without_checkpoints(folder)?;
+            return begin_again(&loaded, options, folder, progress, stop);
+        }
         None => {
             return Err(CommandError::input(
                 format!("`{}` holds no good checkpoint", folder.display()),
@@ -159,6 +162,9 @@ pub fn resume(
     }
     refuse_to_stand_still(&loaded, &resumed.run, options)?;
     let longer = longer(&case_file, &loaded, &resumed.run, options)?;
+    if longer.is_some() && resumed.run.time >= loaded.case.run.until {
+        resumed.run.history.ends.push(loaded.case.run.until);
+    }
     let lengthened =
         longer.as_ref().map(|longer| resolved::write(&results::named_within(&longer.case, folder), Paths::AsGiven));
     let loaded = longer.unwrap_or(loaded);
@@ -172,13 +178,15 @@ pub fn resume(
     } else {
         feasible::check_without_grains(&loaded, &machine, &model)?
     };
-    let options = &RunOptions { sums: options.sums.or(resumed.run.sums()), ..options.clone() };
+    let options = &resumed.run.continued(options);
     let workers = workers::of_run(&loaded, options, machine.cores)?;
     let mut log = Log::append(folder, progress);
     log.note(&heading(&loaded.case, options));
     warn_without(&lock, &mut log);
     checkpoints::skipped(&newest).for_each(|text| log.note(&text));
-    log.message(&format!("going on from step {step}, time {:.6e} s", resumed.run.time));
+    checkpoints::put_aside(&newest);
+    let ranks = if workers.ranks == 1 { String::new() } else { format!(", on {} ranks", workers.ranks) };
+    log.message(&format!("going on from step {step}, time {:.6e} s{ranks}", resumed.run.time));
     if lengthened.is_some() {
         log.message(&format!("the case now ends at {} s", loaded.case.run.until));
     }
@@ -238,6 +246,20 @@ fn longer(
     Ok(Some(longer))
 }
 
+/// Refuses a run that wrote its last checkpoint long ago and has it no more: it would be computed again from the beginning.
+fn refuse_without_checkpoints(folder: &Path) -> Result<(), CommandError> {
+    let text = std::fs::read_to_string(folder.join(results::SUMMARY)).unwrap_or_default();
+    let summary: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+    let Some(status @ ("finished" | "stopped")) = summary["status"].as_str() else { return Ok(()) };
+    Err(CommandError::input(
+        format!("`{}` holds a run that has {status}, and no checkpoint of it", folder.display()),
+        format!(
+            "its results stand; `sazanami run {} --out DIR` computes it anew",
+            folder.join(results::CASE).display()
+        ),
+    ))
+}
+
 /// Begins a run again that ended before its first checkpoint, from the case in its folder.
 fn begin_again(
     loaded: &LoadedCase,
@@ -249,7 +271,7 @@ fn begin_again(
     let machine = Machine::this();
     let feasible = feasible::check(loaded, &machine, &CostModel::default())?;
     let workers = workers::of_run(loaded, options, machine.cores)?;
-    let ready = tanks::made_ready(loaded, options.commit)?;
+    let ready = tanks::made_ready(loaded, Maker::of(&workers, options))?;
     let kept = results::keep_inputs(&loaded.case, folder)?;
     let log = std::fs::read(folder.join(LOG)).unwrap_or_default();
     results::clear(folder, &kept)?;
@@ -383,9 +405,17 @@ impl Launch<'_> {
         let lines = crate::analyse::present(folder, progress)?;
         if let Some(report) = options.report {
             let undone = |error: &dyn std::fmt::Display| CommandError::Undone(error.to_string());
-            let path = report(folder).map_err(|error| undone(&error))?;
-            progress.message(&format!("wrote {}", path.display()));
-            recorder::put_files(folder).map_err(|error| undone(&error))?;
+            let written = report(folder).map_err(|error| undone(&error));
+            let listed =
+                written.and_then(|path| recorder::put_files(folder).map_err(|error| undone(&error)).map(|()| path));
+            match listed {
+                Ok(path) => progress.message(&format!("wrote {}", path.display())),
+                Err(error) => {
+                    // What was found is told nevertheless.
+                    lines.iter().for_each(|line| progress.message(line));
+                    return Err(error);
+                }
+            }
         }
         Ok(RunSummary {
             status: ended.status,

@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 
 use sazanami_io::checkpoint::{CheckpointReader, CheckpointWriter};
 use sazanami_numerics::snapshot::Snapshot;
+use sazanami_parallel::Sums;
 use serde::{Deserialize, Serialize};
 
 use crate::case::meaning::{Bed, Case, Checkpoints, GrainArrays, GrainForm, OutputFrame, Outputs, RunLength, Schedule};
 use crate::case::resolved::{self, Paths};
 use crate::case::{CaseError, Diagnostics, LoadedCase};
-use crate::job::{Job, RecordError};
-use crate::results::PREPARED;
+use crate::job::{Job, RecordError, RunOptions, Workers};
+use crate::results::{self, PREPARED};
 
 /// Section of a state's file with its [`Recipe`].
 const RECIPE: &str = "tank/recipe";
@@ -27,6 +28,47 @@ struct Recipe {
     commit: String,
     /// The part of the resolved case that a tank at rest depends on.
     tank: String,
+    /// Hashes of what the files hold that this part names; absent in states of earlier versions.
+    #[serde(default)]
+    files: Option<Vec<String>>,
+}
+
+/// Who prepares a tank: other ranks, or another order of their sums, give other last bits.
+#[derive(Clone, Copy, Debug)]
+pub struct Maker<'a> {
+    /// Commit that the program was built from.
+    pub commit: Option<&'a str>,
+    /// Ranks of the run.
+    pub ranks: usize,
+    /// Order of sums over them.
+    pub sums: &'a str,
+}
+
+impl Default for Maker<'_> {
+    /// A program of unknown commit on one rank.
+    fn default() -> Self {
+        Self { commit: None, ranks: 1, sums: Sums::default().word() }
+    }
+}
+
+impl<'a> Maker<'a> {
+    /// The ranks of a run.
+    pub(crate) fn of(workers: &'a Workers, options: &RunOptions) -> Self {
+        Self { commit: options.commit, ranks: workers.ranks, sums: &workers.sums }
+    }
+
+    fn commit(&self) -> &str {
+        self.commit.unwrap_or("unknown")
+    }
+
+    /// File in which the state of this tank is kept.
+    fn kept_at(&self, case: &Case) -> Option<PathBuf> {
+        let folder = cache_folder()?;
+        let ranks = if self.ranks > 1 { format!("{} ranks, {}", self.ranks, self.sums) } else { String::new() };
+        let (version, tank, files) = (env!("CARGO_PKG_VERSION"), tank_of(case), results::contents(case).join(" "));
+        let key = format!("{version} {} {ranks}\n{tank}\n{files}", self.commit());
+        Some(folder.join(format!("tank-{:016x}.state", xxhash_rust::xxh3::xxh3_64(key.as_bytes()))))
+    }
 }
 
 /// The part of a case that a tank at rest depends on, as text: all but how it is moved, observed and written. It is
@@ -85,13 +127,6 @@ pub(crate) fn cache_folder() -> Option<PathBuf> {
     })
 }
 
-/// File in which the state of this tank is kept.
-fn kept_at(case: &Case, commit: &str) -> Option<PathBuf> {
-    let folder = cache_folder()?;
-    let key = format!("{} {commit}\n{}", env!("CARGO_PKG_VERSION"), tank_of(case));
-    Some(folder.join(format!("tank-{:016x}.state", xxhash_rust::xxh3::xxh3_64(key.as_bytes()))))
-}
-
 /// The state that `path` holds, with what it was made of.
 fn read(path: &Path) -> Result<(Recipe, Snapshot), String> {
     let reader = CheckpointReader::open(path).map_err(|error| error.to_string())?;
@@ -109,13 +144,13 @@ pub struct MadeReady {
     pub messages: Vec<String>,
 }
 
-/// Looks for a tank prepared before that fits the case, as `commit` of this program made it.
+/// Looks for a tank prepared before that fits the case, as `maker` would make it.
 ///
 /// # Errors
 /// If the case names a state that does not fit it.
-pub fn made_ready(loaded: &LoadedCase, commit: Option<&str>) -> Result<MadeReady, Box<CaseError>> {
+pub fn made_ready(loaded: &LoadedCase, maker: Maker<'_>) -> Result<MadeReady, Box<CaseError>> {
     let (mut report, mut messages) = (Diagnostics::default(), Vec::new());
-    let tank = find(loaded, commit.unwrap_or("unknown"), &mut report, |text| messages.push(text));
+    let tank = find(loaded, maker, &mut report, |text| messages.push(text));
     if report.has_errors() {
         return Err(loaded.refused(report));
     }
@@ -126,7 +161,12 @@ pub fn made_ready(loaded: &LoadedCase, commit: Option<&str>) -> Result<MadeReady
 /// make it ready. `say` gets where it comes from.
 ///
 /// A state that the case names and that does not fit it is an error in `report`.
-fn find(loaded: &LoadedCase, commit: &str, report: &mut Diagnostics, mut say: impl FnMut(String)) -> Option<Snapshot> {
+fn find(
+    loaded: &LoadedCase,
+    maker: Maker<'_>,
+    report: &mut Diagnostics,
+    mut say: impl FnMut(String),
+) -> Option<Snapshot> {
     let case = &loaded.case;
     let preparation = &case.preparation;
     if let Some(path) = &preparation.state {
@@ -151,15 +191,22 @@ fn find(loaded: &LoadedCase, commit: &str, report: &mut Diagnostics, mut say: im
                 .help("make the two alike, or leave out `state`");
             return None;
         }
+        if recipe.files.is_some_and(|files| files != results::contents(case)) {
+            report
+                .error(span, format!("`{}` is the state of another tank", path.display()))
+                .label("the files of beds or shapes that it was made with held something else")
+                .help("leave out `state`: the tank is prepared before the run");
+            return None;
+        }
         say(format!("tank prepared before, from {}", path.display()));
         return Some(snapshot);
     }
     if !preparation.cache || !preparation.is_needed() {
         return None;
     }
-    let path = kept_at(case, commit).filter(|path| path.is_file())?;
+    let path = maker.kept_at(case).filter(|path| path.is_file())?;
     match read(&path) {
-        Ok((recipe, snapshot)) if recipe.tank == tank_of(case) => {
+        Ok((recipe, snapshot)) if recipe.tank == tank_of(case) && recipe.files == Some(results::contents(case)) => {
             say(format!("tank prepared by an earlier run, from {}", path.display()));
             Some(snapshot)
         }
@@ -213,15 +260,19 @@ fn flatten(key: String, value: &toml::Value, into: &mut BTreeMap<String, String>
 
 /// Keeps a tank that was prepared: in the folder of results, and for later runs.
 pub(crate) fn keep(job: &Job, snapshot: &Snapshot) -> Result<(), RecordError> {
-    let commit = job.options.commit.unwrap_or("unknown");
-    let recipe =
-        Recipe { version: env!("CARGO_PKG_VERSION").to_owned(), commit: commit.to_owned(), tank: tank_of(job.case) };
+    let maker = Maker::of(&job.workers, job.options);
+    let recipe = Recipe {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        commit: maker.commit().to_owned(),
+        tank: tank_of(job.case),
+        files: Some(results::contents(job.case)),
+    };
     let mut writer = CheckpointWriter::new();
     writer.add_snapshot(snapshot)?;
     writer.add_json(RECIPE, &recipe)?;
     writer.write_atomic(&job.folder.join(PREPARED))?;
     let wanted = job.case.preparation.cache;
-    let Some(path) = kept_at(job.case, commit).filter(|_| wanted) else { return Ok(()) };
+    let Some(path) = maker.kept_at(job.case).filter(|_| wanted) else { return Ok(()) };
     let folder = path.parent().unwrap_or(Path::new(""));
     let kept = std::fs::create_dir_all(folder).map_err(|error| error.to_string());
     let kept = kept.and_then(|()| writer.write_atomic(&path).map_err(|error| error.to_string()));
@@ -235,6 +286,29 @@ pub(crate) fn keep(job: &Job, snapshot: &Snapshot) -> Result<(), RecordError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn tanks_of_other_beds_and_of_other_ranks_are_others() {
+        const TANK: &str = "solver = \"mps\"\ngravity = \"9.81 m/s^2\"\ndomain.size = [\"20 mm\", \"16 mm\", \"24 mm\"]\n\
+            particles.spacing = \"2 mm\"\nmaterial.s.density = \"2650 kg/m^3\"\ncontact.default = { normal_stiffness = \"200 N/m\", \
+            restitution = 0.3, friction = 0.4 }\nrun.until = \"20 ms\"\n[[grains]]\nshape.sphere.diameter = \"2 mm\"\n\
+            placement.bed.file = \"bed.csv\"\n[[liquid]]\nregion.half_space.point = [\"0 mm\", \"0 mm\", \"10 mm\"]\n";
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("tank.toml");
+        std::fs::write(&path, TANK).unwrap();
+        let of = |bed: &str, maker: Maker| {
+            std::fs::write(folder.path().join("bed.csv"), bed).unwrap();
+            let loaded = crate::case::load(&path, &[]).unwrap_or_else(|error| panic!("{error}"));
+            maker.kept_at(&loaded.case)
+        };
+        let one = Maker::default();
+        let kept = of("x1_m,x2_m,x3_m\n0.005,0.005,0.001\n", one);
+        assert_eq!(kept, of("x1_m,x2_m,x3_m\n0.005,0.005,0.001\n", one));
+        assert_ne!(kept, of("x1_m,x2_m,x3_m\n0.006,0.005,0.001\n", one));
+        let two = Maker { ranks: 2, ..one };
+        let on_two = of("x1_m,x2_m,x3_m\n0.005,0.005,0.001\n", two);
+        assert!(kept != on_two && on_two != of("x1_m,x2_m,x3_m\n0.005,0.005,0.001\n", Maker { sums: "tree", ..two }));
+    }
 
     #[test]
     fn the_first_different_key_is_found() {

@@ -127,7 +127,14 @@ impl BoxDomain {
     /// Whether a point lies outside \[m].
     #[must_use]
     pub fn excludes(&self, point: Vector) -> bool {
-        point.cmplt(self.lower).any() || point.cmpgt(self.upper).any()
+        (0..3).any(|d| self.excludes_along(d, [point[d]; 2]))
+    }
+
+    /// Whether a range in a direction reaches out by more than rounding, as of `lower` and `size` to `upper` \[m].
+    pub(crate) fn excludes_along(&self, direction: usize, [from, to]: [Real; 2]) -> bool {
+        let (lower, upper) = (self.lower[direction], self.upper[direction]);
+        let rounding = 1e-12 * (lower.abs() + upper.abs());
+        from < lower - rounding || to > upper + rounding
     }
 
     /// From where to where it reaches, for messages.

@@ -65,7 +65,7 @@ impl Gate {
         }
         let domain = cx.known.domain;
         let (d, key) = (self.direction(), ["x1", "x2"][self.direction()]);
-        if !(domain.lower[d]..=domain.upper[d]).contains(&self.place()) {
+        if domain.excludes_along(d, [self.place(); 2]) {
             cx.report
                 .error(table.place(key), format!("`{}` lies outside the box", self.name))
                 .label(domain.reaches())
@@ -76,8 +76,8 @@ impl Gate {
                 .error(table.place("top"), format!("`{}` has no height", self.name))
                 .label("`top` has to lie above `bottom`")
                 .help("leave both out: it then reaches from the floor to the top of the box");
-        } else if self.bottom < domain.lower.z || self.top > domain.upper.z {
-            let key = if self.bottom < domain.lower.z { "bottom" } else { "top" };
+        } else if domain.excludes_along(2, [self.bottom, self.top]) {
+            let key = if domain.excludes_along(2, [self.bottom; 2]) { "bottom" } else { "top" };
             cx.report
                 .error(table.place(key), format!("`{}` reaches out of the box", self.name))
                 .label(domain.reaches())

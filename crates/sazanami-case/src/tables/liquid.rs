@@ -215,6 +215,15 @@ impl LiquidRegion {
             self.check_above_bed(height, to_bottom, table, cx);
         }
         self.check_place(table, cx);
+        if self.fluid == FluidName::Gas && cx.known.solver == Solver::Mps {
+            cx.report
+                .warning(
+                    Some(table.place("fluid")),
+                    format!("`{}` stays empty: there is no gas among moving particles", self.name),
+                )
+                .label("a cavity, which the water around it closes")
+                .help("take `solver = \"mics\"` for bubbles");
+        }
     }
 
     fn check_above_bed(&self, height: Real, to_bottom: bool, table: &Table<'_>, cx: &mut Context<'_>) {

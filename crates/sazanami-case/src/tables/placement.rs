@@ -225,7 +225,7 @@ impl LatticePlacement {
                 .label("`upper` has to lie above `lower` in x1, x2 and x3");
         }
         let domain = &cx.known.domain;
-        if self.lower.cmplt(domain.lower).any() || self.upper.cmpgt(domain.upper).any() {
+        if (0..3).any(|d| domain.excludes_along(d, [self.lower[d], self.upper[d]])) {
             let reaches = domain.reaches();
             cx.report
                 .error(table.span(), "the lattice reaches out of the box")
@@ -427,9 +427,9 @@ impl Feed {
         }
         let domain = &cx.known.domain;
         let [direction, _] = self.side.place();
-        let out = (0..3).filter(|&d| d != direction).any(|d| {
-            self.lower[d] < domain.lower[d] || self.upper[d] > domain.upper[d] || self.upper[d] <= self.lower[d]
-        });
+        let out = (0..3)
+            .filter(|&d| d != direction)
+            .any(|d| domain.excludes_along(d, [self.lower[d], self.upper[d]]) || self.upper[d] <= self.lower[d]);
         if out {
             let reaches = domain.reaches();
             cx.report

@@ -71,7 +71,7 @@ struct ProbeKeys {
     /// A plane, on a grid: volume flux, liquid flux, mean pressure.
     #[key(table, inline)]
     plane: Option<Plane>,
-    /// A place in x1 and x2: level of the water; with moving particles its mean over the width.
+    /// A place in x1 and x2: level of the water; of moving particles those within 3 spacings across, all of a tank narrower than 6.
     #[key(unit = "m")]
     gauge: Option<[Real; 2]>,
     /// A grain: its motion, and the forces and torques on it.

@@ -43,6 +43,13 @@ impl New {
             return Ok(exit::DONE);
         };
         let template = template(&name)?;
+        if dir.extension().is_some_and(|extension| extension == "toml") && !dir.is_dir() {
+            let folder = dir.with_extension("");
+            return Err(CommandError::input(
+                format!("`{}` names a file, and a folder is made", dir.display()),
+                format!("`sazanami new {name} {0}` writes {0}/{name}.toml", folder.display()),
+            ));
+        }
         let case = dir.join(format!("{}.toml", template.name));
         let schema = dir.join("schema.json");
         if case.exists() {
@@ -70,7 +77,9 @@ impl New {
                 outln!("{}", schema.display());
             }
         }
-        outln!("\nsee what it will be with `sazanami check {0}`, run it with `sazanami run {0}`", case.display());
+        let name = case.display().to_string();
+        let name = if name.contains(char::is_whitespace) { format!("\"{name}\"") } else { name };
+        outln!("\nsee what it will be with `sazanami check {name}`, run it with `sazanami run {name}`");
         Ok(exit::DONE)
     }
 }

@@ -50,9 +50,10 @@ pub struct Extent {
     /// Threads (default: all)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
-    /// Ranks within this process; under a launcher of MPI each process is one instead
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
-    ranks: u16,
+    /// Ranks within this process; under a launcher of MPI each process is one instead (default: 1; of a run that goes on,
+    /// as it was)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    ranks: Option<u16>,
     /// Order in which values of ranks are added: `ordered` gives the bits of ranks within one process, `tree` needs
     /// smaller messages on hundreds of ranks (default: ordered; of a run that goes on, as it began)
     #[arg(long, value_name = "ORDER", value_parser = ["ordered", "tree"])]
@@ -68,7 +69,7 @@ impl Extent {
             until: self.until,
             steps: self.steps,
             threads: self.threads.map(usize::from),
-            ranks: usize::from(self.ranks),
+            ranks: self.ranks.map_or(0, usize::from),
             processes: processes.cloned(),
             sums: self.sums.as_deref().and_then(Sums::of_word),
             ..of_this_program()

@@ -72,6 +72,7 @@ impl Sweep {
         let foretold = SideBySide::of(asked, threads, plan.points().len(), cores);
         let sweep = sazanami_sweep::Sweep::pose(plan, &out, foretold.threads)?;
         if self.list {
+            sweep.refuse_another()?;
             list(&sweep, foretold);
             return Ok(exit::DONE);
         }

@@ -23,6 +23,9 @@
 //!
 //! where `s`, the variance of the solid fraction over the cell and its 26 neighbours over `m (1 - m)` with the mean `m`, is 1 where
 //! cells are covered whole or not at all, and 0 where all are covered by the same part.
+//!
+//! A flat end of a grain that lies in a plane of cells rubs the cells beside it as a wall of the box does, whatever the Reynolds number: half a cell
+//! lies between it and their centres.
 
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Field;
@@ -34,6 +37,8 @@ use crate::mobility::{NARROWEST, RowSet};
 
 /// Solid fraction from which on a cell moves with its grains.
 pub(super) const SOLID: Real = 0.99;
+/// Solid fraction below which a cell with a surface is beside a flat end of a grain in a plane of cells, a wall like those of the box.
+const WALL: Real = 1e-10;
 /// Friction of a cell that moves with its grains over its inertia.
 const HOLD: Real = 1e9;
 
@@ -141,7 +146,9 @@ impl Surface {
                     let (radius, towards) = (open / area[at], Vector::new(v1[i], v2[i], v3[i]) / area[at]);
                     let slip = (Vector::new(u1[at], u2[at], u3[at]) - towards).length();
                     let reynolds = slip * radius / flow.fluids.kinematic_viscosity(c[at]);
-                    friction[i] = beside_slip(reynolds, parts[i % BLOCK]) / (radius * radius);
+                    let is_wall = alpha[at] < WALL;
+                    let factor = if is_wall { SLOW } else { beside_slip(reynolds, parts[i % BLOCK]) };
+                    friction[i] = factor / (radius * radius);
                     towards
                 } else {
                     continue;

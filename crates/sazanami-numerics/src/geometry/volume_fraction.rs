@@ -50,7 +50,8 @@ pub struct CellCover {
     pub centroid: Vector,
     /// Area of the surface in the cell [m^2]; zero unless asked for ([`Rasteriser::with_areas`]).
     pub area: Real,
-    /// Centre of that surface in the laboratory \[m]; that of the covered part where there is none.
+    /// Centre of that surface in the laboratory \[m]; that of the covered part where there is none. A flat end of the body in a plane of cells is
+    /// part of the cells outside.
     pub surface: Vector,
     /// What the shape covers of the lower face in each direction; nothing unless asked for.
     pub sections: [Section; 3],
@@ -79,8 +80,17 @@ pub struct Imprint {
 
 /// Fractions below this are left out (and made up for by the correction).
 const NEGLIGIBLE: Real = 1e-9;
+/// Distance of a flat end of a body from a plane of cells within which it lies in that, in cell edges.
+const FLUSH: Real = 1e-6;
+/// Fraction of the cells outside a flat end that lies in a plane of cells.
+const FLUSH_FRACTION: Real = 1e-12;
+/// Factor of the area of such an end. Its cells are open whole, their friction goes by the square of the area, and is to be what a plane half a cell
+/// from their centre exerts beyond the stress towards the cell behind it: a sixth of that of a surface within them.
+const FLUSH_AREA: Real = 0.408_248_290_463_863;
 /// Largest correction; it changes a half-filled cell by a quarter of this. Samples that need a larger one are too few.
 const LARGEST_CORRECTION: Real = 0.5;
+/// Largest shift of a centroid by it, in cell edges.
+const LARGEST_SHIFT: Real = 0.1;
 
 /// Integrals over the pieces of surface in one cell, lengths in cell edges: over the part of the cell below them
 /// of 1, x, y, 2z, and over their horizontal projection of 1, x, y, 1; x and y from the centre, z from the floor.
@@ -95,6 +105,8 @@ pub struct Rasteriser {
     columns: columns::ColumnSums,
     block: Block,
     with_areas: bool,
+    /// Lower and upper plane of cells in each direction that a flat end of the body lies in, as the nodes have it.
+    flush: [[Option<Real>; 2]; 3],
 }
 
 /// The surface of a body in one cell.
@@ -105,6 +117,8 @@ struct Piece {
     /// In each direction the area as it is seen along it, outward, and the first moments of that in the next two directions, lengths in
     /// cell edges; later the same of the section of the lower face.
     seen: [[Real; 3]; 3],
+    /// Whether it is part of a flat end in a plane of cells.
+    is_flush: bool,
 }
 
 /// The cells around a body.
@@ -128,7 +142,7 @@ impl Rasteriser {
             assert!(per_axis > 0, "volume fractions need at least one sample a cell");
         }
         let (columns, block) = (columns::ColumnSums::default(), Block::default());
-        Self { method, nodes: Vec::new(), columns, block, with_areas: false }
+        Self { method, nodes: Vec::new(), columns, block, with_areas: false, flush: Default::default() }
     }
 
     /// The same, evaluating the area of the surface in each cell too, exactly whatever the method.
@@ -178,7 +192,7 @@ impl Rasteriser {
         if self.with_areas {
             self.block.areas.clear();
             self.block.areas.resize(self.block.sums.len(), Piece::default());
-            clip::accumulate_areas(&self.nodes, shape.facets(), grid.spacing, &mut self.block);
+            clip::accumulate_areas(&self.nodes, shape.facets(), grid.spacing, self.flush, &mut self.block);
             self.block.cut_faces();
         }
         let exact_cells = shape.volume() * scale.powi(3) / grid.cell_volume();
@@ -191,7 +205,7 @@ impl Rasteriser {
             let weight = clip::accumulate(&self.nodes, triangles, &mut self.block);
             tally = self.block.collect(weight, grid, covers);
         }
-        correct(&mut covers[start..], &tally, exact_cells, position);
+        correct(&mut covers[start..], &tally, exact_cells, position, grid.spacing);
         Imprint { cells: covers.len() - start, raw_volume_error, fell_back }
     }
 
@@ -207,14 +221,38 @@ impl Rasteriser {
             upper = upper.max(q);
             q
         }));
-        let first = lower.floor();
+        let ends = if self.with_areas { self.flush_ends(shape, [lower, upper]) } else { Default::default() };
+        let mut first = lower.floor();
+        for (d, [below, above]) in ends.into_iter().enumerate() {
+            for plane in [below, above].into_iter().flatten() {
+                self.nodes.iter_mut().filter(|q| (q[d] - plane).abs() < FLUSH).for_each(|q| q[d] = plane);
+            }
+            first[d] = below.map_or(first[d], |plane| plane - 1.0);
+            upper[d] = above.unwrap_or(upper[d]);
+        }
         for q in &mut self.nodes {
             *q -= first;
         }
+        self.flush = [0, 1, 2].map(|d| ends[d].map(|plane| plane.map(|plane| plane - first[d])));
         let last = (upper - first).floor();
         self.block.first = [first.x as i32, first.y as i32, first.z as i32];
         self.block.cells = [last.x as usize + 1, last.y as usize + 1, last.z as usize + 1];
         self.block.clear();
+    }
+}
+
+impl Rasteriser {
+    /// The planes of cells that flat ends of the body with these `bounds` lie in. Rounding would put either half of such an end into the cells on
+    /// either side.
+    fn flush_ends(&self, shape: &Shape, bounds: [Vector; 2]) -> [[Option<Real>; 2]; 3] {
+        let end = |d: usize, bound: Vector| {
+            let plane = bound[d].round();
+            let is_in = |&node: &u32| (self.nodes[node as usize][d] - plane).abs() < FLUSH;
+            let is_flush =
+                (bound[d] - plane).abs() < FLUSH && shape.facets().iter().any(|facet| facet.nodes().iter().all(is_in));
+            is_flush.then_some(plane)
+        };
+        [0, 1, 2].map(|d| bounds.map(|bound| end(d, bound)))
     }
 }
 
@@ -284,25 +322,29 @@ impl Block {
             for j in 0..n2 as i32 {
                 for i in 0..n1 as i32 {
                     let v = &self.sums[index];
-                    let Piece { area: [area, moment @ ..], seen } = self.areas.get(index).copied().unwrap_or_default();
+                    let Piece { area: [area, moment @ ..], seen, is_flush } =
+                        self.areas.get(index).copied().unwrap_or_default();
                     index += 1;
-                    if v[0] <= threshold {
+                    let is_filled = v[0] > threshold;
+                    if !is_filled && !is_flush {
                         continue;
                     }
-                    let fraction = (weight * v[0]).min(1.0);
                     let cell = [self.first[0] + i, self.first[1] + j, self.first[2] + k];
-                    let local = Vector::new(v[1] / v[0] + 0.5, v[2] / v[0] + 0.5, 0.5 * v[3] / v[0]);
-                    let floor = Vector::new(Real::from(cell[0]), Real::from(cell[1]), Real::from(cell[2]));
-                    let centroid = grid.lower + grid.spacing * (floor + local);
-                    tally.cells += fraction;
-                    tally.leeway += fraction * (1.0 - fraction);
-                    tally.moment += fraction * centroid;
                     let first = Vector::from_array(self.first.map(Real::from));
-                    let surface = if area > 0.0 {
-                        grid.lower + grid.spacing * (first + Vector::from_array(moment) / area)
+                    let on_surface = grid.lower + grid.spacing * (first + Vector::from_array(moment) / area);
+                    let (fraction, centroid) = if is_filled {
+                        let fraction = (weight * v[0]).min(1.0);
+                        let local = Vector::new(v[1] / v[0] + 0.5, v[2] / v[0] + 0.5, 0.5 * v[3] / v[0]);
+                        let floor = Vector::new(Real::from(cell[0]), Real::from(cell[1]), Real::from(cell[2]));
+                        let centroid = grid.lower + grid.spacing * (floor + local);
+                        tally.cells += fraction;
+                        tally.leeway += fraction * (1.0 - fraction);
+                        tally.moment += fraction * centroid;
+                        (fraction, centroid)
                     } else {
-                        centroid
+                        (FLUSH_FRACTION, on_surface)
                     };
+                    let surface = if area > 0.0 { on_surface } else { centroid };
                     let corner = grid.lower + grid.spacing * first;
                     let sections = [0, 1, 2].map(|d| {
                         let [part, moment @ ..] = seen[d];
@@ -321,18 +363,24 @@ impl Block {
 }
 
 /// Brings the sum of the fractions to `exact` and their common centre to `position`, full cells untouched.
-fn correct(covers: &mut [CellCover], tally: &Tally, exact: Real, position: Vector) {
+fn correct(covers: &mut [CellCover], tally: &Tally, exact: Real, position: Vector, spacing: Vector) {
     let k = tally.correction(exact).clamp(-1.0, 1.0);
     let (mut leeway, mut moment) = (0.0, Vector::ZERO);
-    for cover in &mut *covers {
+    for cover in covers.iter_mut().filter(|cover| cover.fraction > FLUSH_FRACTION) {
         cover.fraction += k * cover.fraction * (1.0 - cover.fraction);
         leeway += cover.fraction * (1.0 - cover.fraction);
         moment += cover.fraction * (cover.centroid - position);
     }
     if leeway > NEGLIGIBLE {
-        let shift = -moment / leeway;
-        for cover in covers {
+        let wanted = -moment / leeway;
+        // Slivers alone would have to lie far away; what they cannot do all cells do.
+        let shift = wanted.clamp(-LARGEST_SHIFT * spacing, LARGEST_SHIFT * spacing);
+        for cover in &mut *covers {
             cover.centroid += (1.0 - cover.fraction) * shift;
+        }
+        if shift != wanted {
+            let rest = (wanted - shift) * leeway / covers.iter().map(|cover| cover.fraction).sum::<Real>();
+            covers.iter_mut().for_each(|cover| cover.centroid += rest);
         }
     }
 }

@@ -27,7 +27,7 @@ pub use layers::{Layer, LayerGrains, LayerMeans, LayerReference, LayerWater, Lay
 pub use phases::{PhaseAverage, cycle_averages, phase_average};
 pub use probes::{Interpolation, Near, SectionWindow, vectors_in_section};
 pub use profile::SurfaceProfile;
-pub use water_surface::water_surface;
+pub use water_surface::{water_level_at, water_surface};
 
 use sazanami_numerics::{Real, Vector};
 use thiserror::Error;

@@ -96,17 +96,35 @@ fn walls(case: &Case, present: Sides) -> Vec<Wall> {
     all
 }
 
+/// The walls with the velocity that their sides of the box have.
+fn moving(case: &Case, mut walls: Vec<Wall>) -> Vec<Wall> {
+    for wall in walls.iter_mut().filter(|wall| wall.edges.is_none()) {
+        let side = |d: usize| case.boundary[d][usize::from(wall.normal[d] < 0.0)];
+        if let Some(BoundarySide::Moving { velocity }) = (0..3).find(|&d| wall.normal[d] != 0.0).map(side) {
+            wall.velocity = velocity;
+        }
+    }
+    walls
+}
+
+/// Whether a wall of the box moves.
+fn has_moving_walls(case: &Case) -> bool {
+    case.boundary.as_flattened().iter().any(|side| matches!(side, BoundarySide::Moving { .. }))
+}
+
 /// Bodies, contact laws and walls of the engine.
 pub fn setup(case: &Case, shapes: &[Shape]) -> Setup {
-    setup_between(case, shapes, case.dem.grain_walls)
+    let at_rest = setup_between(case, shapes, case.dem.grain_walls);
+    Setup { walls: moving(case, at_rest.walls), ..at_rest }
 }
 
 /// The same for a bed of a grid that comes to rest, levelled or from a file, where that differs: between the walls of its packing, open
-/// sides too.
+/// sides too, all of them at rest.
 #[must_use]
 pub fn resting_setup(case: &Case, shapes: &[Shape]) -> Option<Setup> {
     let sides = vessel(case);
-    let differs = case.solver == Solver::Mics && (case.levels() || case.relaxes()) && sides != case.dem.grain_walls;
+    let is_prepared = case.solver == Solver::Mics && (case.levels() || case.relaxes());
+    let differs = is_prepared && (sides != case.dem.grain_walls || has_moving_walls(case));
     differs.then(|| setup_between(case, shapes, sides))
 }
 

@@ -41,6 +41,13 @@ impl Reader<'_> {
             return None;
         }
         let root = tree.get_ref();
+        if let Some((name, _)) = root.get_key_value("domain").filter(|_| !root.contains_key("keys")) {
+            self.report
+                .error(name.span(), "this is a case, not the plan of a sweep")
+                .label("a key of a case")
+                .help("`sazanami run` runs it; a plan names it as `case`, and under `[keys]` what varies");
+            return None;
+        }
         self.only(root, &TOP, "a plan");
         let mut case = None;
         match root.get("case") {
@@ -72,7 +79,7 @@ impl Reader<'_> {
         }
         let targets = self.targets(root.get("targets"));
         let most_runs = root.get("most_runs").and_then(|value| self.count(value, "most_runs", 3)).unwrap_or(MOST_TRIED);
-        if targets.is_empty() {
+        if targets.is_empty() && !root.contains_key("targets") {
             self.fitting(&keys, design);
         } else if let Some(points) = root.get("points") {
             self.report.error(points.span(), "a plan with targets makes its points itself").label("no `points`");

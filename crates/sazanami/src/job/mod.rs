@@ -63,7 +63,7 @@ pub struct RunOptions {
     pub steps: Option<u64>,
     /// Threads; absent: as many as the machine has.
     pub threads: Option<usize>,
-    /// Parts that the box is cut into, each with threads of its own within this process; 0 stands for 1.
+    /// Parts that the box is cut into, each with threads of its own within this process; 0 stands for those of the run so far, or 1.
     pub ranks: usize,
     /// The processes of a launcher, each of which is a rank; absent: this process alone.
     pub processes: Option<Processes>,
@@ -164,6 +164,27 @@ pub(crate) struct RunState {
     /// Order of sums over the ranks, as [`Sums::word`]; absent in checkpoints of earlier versions.
     #[serde(default)]
     pub sums: Option<String>,
+    /// What else its last bits hang on; empty in checkpoints of earlier versions.
+    #[serde(default)]
+    pub history: History,
+}
+
+/// How a run came about, of what its last bits hang on: threads and breaks are not part of it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct History {
+    /// Numbers of ranks that worked on it, one after another.
+    pub ranks: Vec<usize>,
+    /// Ends of its case that it had reached when it was given a later one \[s].
+    pub ends: Vec<Real>,
+}
+
+impl History {
+    /// That of a run which goes on with so many ranks.
+    fn on(mut self, ranks: usize) -> Self {
+        self.ranks.push(ranks);
+        self.ranks.dedup();
+        self
+    }
 }
 
 /// The version of sazanami that began a run.
@@ -191,12 +212,13 @@ impl std::fmt::Display for Program {
 impl RunState {
     /// The beginning of a run's state: its case and the program that began it.
     pub fn of(job: &Job) -> Self {
-        let (case_hash, program) = match &job.resumed {
-            Some(state) => (state.run.case_hash.clone(), state.run.program.clone()),
-            None => (resolved::hash_text(job.case), Some(Program::this(job.options))),
+        let (case_hash, program, before) = match &job.resumed {
+            Some(Resumed { run, .. }) => (run.case_hash.clone(), run.program.clone(), run.history.clone()),
+            None => (resolved::hash_text(job.case), Some(Program::this(job.options)), History::default()),
         };
         let endless_hash = Some(resolved::hash_of_any_length(job.case));
-        Self { case_hash, endless_hash, program, sums: Some(job.workers.sums.clone()), ..Self::default() }
+        let (sums, history) = (Some(job.workers.sums.clone()), before.on(job.workers.ranks));
+        Self { case_hash, endless_hash, program, sums, history, ..Self::default() }
     }
 
     /// Whether `loaded` is the case of this run, or that case with another end.
@@ -206,8 +228,15 @@ impl RunState {
             || endless.is_some_and(|hash| resolved::has_hash_of_any_length(loaded, hash))
     }
 
+    /// The options of a command that goes on with the run, as the run was where they leave that open.
+    pub fn continued(&self, options: &RunOptions) -> RunOptions {
+        let before = if options.processes.is_none() { self.history.ranks.last() } else { None };
+        let ranks = if options.ranks == 0 { before.copied().unwrap_or_default() } else { options.ranks };
+        RunOptions { sums: options.sums.or(self.sums()), ranks, ..options.clone() }
+    }
+
     /// Order of sums over the ranks, if the checkpoint knows it.
-    pub fn sums(&self) -> Option<Sums> {
+    fn sums(&self) -> Option<Sums> {
         Sums::of_word(self.sums.as_ref()?)
     }
 

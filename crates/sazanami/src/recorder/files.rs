@@ -2,9 +2,11 @@
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use sazanami_io::checkpoint::CheckpointFolder;
+use sazanami_io::replace_file;
 use sazanami_io::table::{Column, SeriesWriter, TableError, Value, fields, unquoted};
 use sazanami_io::vtk::{ImageFile, PointFile, PvdSeries, write_image, write_points};
 use sazanami_numerics::Real;
@@ -14,7 +16,7 @@ use super::grain_files::{GrainStates, write_glyph};
 use crate::case::meaning::FieldPrecision;
 use crate::clock::Clock;
 use crate::columns::SeriesParts;
-use crate::job::{Job, RecordError, RunState, Workers};
+use crate::job::{History, Job, RecordError, RunState, Workers};
 use crate::machine::Machine;
 use crate::results::{
     CASE, CHECKPOINTS, FIELD_SERIES, FIELDS, FIGURES, GRAIN_SERIES, GRAINS, MESH_SERIES, PROBES, SERIES,
@@ -33,6 +35,7 @@ pub(crate) struct Fixed {
     pub case: String,
     pub commit: &'static str,
     pub case_hash: String,
+    pub history: History,
     pub cpu: String,
     pub cores: usize,
     pub workers: Workers,
@@ -82,14 +85,16 @@ impl Files {
         }
         if let Some(text) = &job.case_text {
             let path = folder.join(CASE);
-            std::fs::write(&path, text).map_err(|error| RecordError::Path { path, error })?;
+            let written = replace_file(&path, |file| file.write_all(text.as_bytes()));
+            written.map_err(|error| RecordError::Path { path, error })?;
         }
-        let machine = Machine::this();
+        let (machine, beginning) = (Machine::this(), RunState::of(job));
         let fixed = Fixed {
             solver: case.solver.word(),
             case: case.name.clone(),
             commit: job.options.commit.unwrap_or("unknown"),
-            case_hash: RunState::of(job).case_hash,
+            case_hash: beginning.case_hash,
+            history: beginning.history,
             cpu: machine.cpu,
             cores: machine.cores,
             workers: job.workers.clone(),

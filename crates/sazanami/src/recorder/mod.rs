@@ -469,8 +469,8 @@ impl<'a, B: Observer> Recorder<'a, B> {
     /// Writes a checkpoint and the summary, on rank 0.
     fn write_checkpoint(&mut self, snapshot: &Snapshot, state: RunState) -> Result<(), RecordError> {
         let Some(files) = &self.files else { return Ok(()) };
-        let RunState { case_hash, endless_hash, program, sums, .. } = RunState::of(self.job);
-        let known = RunState { case_hash, endless_hash, program, sums, ..state };
+        let RunState { case_hash, endless_hash, program, sums, history, .. } = RunState::of(self.job);
+        let known = RunState { case_hash, endless_hash, program, sums, history, ..state };
         let state = RunState { time: self.reached.0, totals: self.totals.clone(), last_row: files.last_row(), ..known };
         let mut writer = CheckpointWriter::new();
         writer.add_snapshot(snapshot)?;

@@ -13,7 +13,7 @@ use super::observer::SummaryParts;
 use crate::columns::{Field, object, quantities};
 use crate::error::Failure;
 use crate::job::{CORRECTIONS, PARTICLES, Status, Totals, WORST};
-use crate::results::SUMMARY;
+use crate::results::{self, SUMMARY};
 
 /// The parts of the summary that change during a run.
 pub(crate) struct Present<'a> {
@@ -80,6 +80,7 @@ pub(crate) fn write(folder: &Path, fixed: &Fixed, present: &Present) -> Result<(
             "cpu": fixed.cpu, "cores": fixed.cores, "threads": fixed.workers.threads, "ranks": fixed.workers.ranks,
             "hosts": fixed.workers.hosts, "mpi": fixed.workers.mpi, "sums": fixed.workers.sums,
         },
+        "history": { "ranks": fixed.history.ranks, "ends_s": fixed.history.ends },
         "time_s": present.time,
         "steps": present.steps,
         "fluid_passes": totals.fluid_passes,
@@ -95,7 +96,7 @@ pub(crate) fn write(folder: &Path, fixed: &Fixed, present: &Present) -> Result<(
         "limiter": totals.limiter,
         "observables": observables,
         "state_hash": present.state_hash.map(|hash| format!("{hash:016x}")),
-        "files": files(folder),
+        "files": results::written(folder),
     });
     write_json(&folder.join(SUMMARY), &value)
 }
@@ -121,7 +122,7 @@ pub(crate) fn put_failure(folder: &Path, failure: &Failure) -> Result<(), TableE
 
 /// Brings the list of files in the summary there is up to date.
 pub(crate) fn put_files(folder: &Path) -> Result<(), TableError> {
-    amend(folder, |summary| drop(summary.insert("files".into(), json!(files(folder)))))
+    amend(folder, |summary| drop(summary.insert("files".into(), json!(results::written(folder)))))
 }
 
 /// Adds what the tables of a whole run show of its ripples to what the summary has of them at the end.
@@ -140,27 +141,7 @@ fn amend(folder: &Path, change: impl FnOnce(&mut Map<String, Value>)) -> Result<
     let path = folder.join(SUMMARY);
     let text = std::fs::read_to_string(&path).unwrap_or_default();
     let Ok(Value::Object(mut summary)) = serde_json::from_str(&text) else { return Ok(()) };
+    let before = summary.clone();
     change(&mut summary);
-    write_json(&path, &Value::Object(summary))
-}
-
-/// Files in the folder of results, relative to it; not the lock of the run, nor what is being written.
-fn files(folder: &Path) -> Vec<String> {
-    let mut found = Vec::new();
-    let mut folders = vec![folder.to_owned()];
-    while let Some(next) = folders.pop() {
-        let Ok(entries) = std::fs::read_dir(&next) else { continue };
-        for path in entries.flatten().map(|entry| entry.path()) {
-            if path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.')) {
-                continue;
-            }
-            if path.is_dir() {
-                folders.push(path);
-            } else if let Ok(relative) = path.strip_prefix(folder) {
-                found.push(relative.to_string_lossy().into_owned());
-            }
-        }
-    }
-    found.sort();
-    found
+    if summary == before { Ok(()) } else { write_json(&path, &Value::Object(summary)) }
 }

@@ -268,3 +268,95 @@ fn check_says_what_faces_ask_for_and_what_their_bumps_add() {
     assert_eq!((report.substep_cause, report.populations[0].face_spheres), (SubstepCause::Contact, Some(1)));
     assert!(!text.contains("touch a plane at once") && report.bumps.is_empty(), "{text}");
 }
+
+/// A cube whose faces lie on planes of cells, in a box of water, with gravity along x1.
+const CUBE: &str = r#"
+gravity = ["-9.8 m/s^2", "0 m/s^2", "0 m/s^2"]
+domain = { size = ["16 mm", "16 mm", "16 mm"], cells = [16, 16, 16] }
+material.a.density = "1500 kg/m^3"
+output = { fields = { at = [] }, figures = { at = [] }, grains = { at = [] }, series = { steps = 1 } }
+run.until = "10 ms"
+
+[[liquid]]
+region.half_space.point = ["0 mm", "0 mm", "100 mm"]
+allow_touching_grains = true
+
+[[grains]]
+shape.box.size = ["6 mm", "6 mm", "6 mm"]
+placement.list = [{ position = ["8 mm", "8 mm", "8 mm"] }]
+
+[[probe]]
+name = "cube"
+steps = 1
+body.index = 0
+"#;
+
+#[test]
+fn a_cube_on_planes_of_cells_sinks_without_spin() {
+    let scratch = Scratch::new("faces-cube");
+    let spin = |name: &str, overrides: &[&str]| {
+        let left = ran(CUBE, overrides, &scratch.join(name), On::threads(1));
+        let probe = left.probe("cube");
+        assert!(probe.last("velocity_1") < -0.01, "{}", probe.last("velocity_1"));
+        let of =
+            |n: usize| probe.column(&format!("spin_{n}")).iter().fold(0.0, |most: Real, spin| most.max(spin.abs()));
+        of(1).max(of(2)).max(of(3))
+    };
+    // Rounding turns it by 1e-14 rad: half of a face then lies in the cells beside it.
+    assert!(spin("straight", &[]) < 1e-6);
+    // So do turns by which a face leaves its plane of cells: no torque grows out of them.
+    for angle in ["1e-5 deg", "1e-3 deg"] {
+        let turned = format!(
+            "grains.0.placement.list=[{{ position = [\"8 mm\", \"8 mm\", \"8 mm\"], axis = [0, 1, 0], angle = \"{angle}\" }}]"
+        );
+        assert!(spin(angle, &[&turned]) < 0.1, "{angle}");
+    }
+}
+
+/// A liquid between the floor and a plate whose face lies on a plane of cells, driven along x2.
+const SLOT: &str = r#"
+gravity = "0 m/s^2"
+domain = { size = ["1 mm", "4 mm", "5 mm"], cells = [2, 8, 10] }
+boundary = { x1 = "slip", x2 = "periodic", x3 = "no_slip" }
+drive.acceleration = ["0 m/s^2", "0.5 m/s^2", "0 m/s^2"]
+fluid = { dt_max = "5 ms", liquid = { density = "1000 kg/m^3", kinematic_viscosity = "1e-4 m^2/s" } }
+output = { fields = { at = [] }, figures = { at = [] }, grains = { at = [] }, series = { every = "50 ms" } }
+run.until = "0.2 s"
+
+[[liquid]]
+region.half_space.point = ["0 mm", "0 mm", "100 mm"]
+allow_touching_grains = true
+
+[[probe]]
+name = "flow"
+every = "50 ms"
+plane.x2 = "2 mm"
+"#;
+
+#[test]
+fn a_face_on_a_plane_of_cells_holds_the_liquid_as_a_wall_of_the_box_does() {
+    let scratch = Scratch::new("faces-slot");
+    let flux = |text: &str, name: &str, overrides: &[&str]| {
+        ran(text, overrides, &scratch.join(name), On::threads(1)).probe("flow").last("volume_flux")
+    };
+    let walls = flux(SLOT, "walls", &["domain.size=[\"1 mm\", \"4 mm\", \"3 mm\"]", "domain.cells=[2, 8, 6]"]);
+    let plate = |height: &str| {
+        format!(
+            "{SLOT}\n[material.m]\ndensity = \"2000 kg/m^3\"\n[[grains]]\nmaterial = \"m\"\nmotion = \"fixed\"\n\
+             shape.box.size = [\"1 mm\", \"1 mm\", \"2 mm\"]\nplacement.list = [{}]\n",
+            ["0.5", "1.5", "2.5", "3.5"]
+                .map(|y| format!("{{ position = [\"0.5 mm\", \"{y} mm\", \"{height}\"] }}"))
+                .join(", ")
+        )
+    };
+    let below = flux(&plate("4 mm"), "plate", &[]);
+    assert!((below / walls - 1.0).abs() < 1e-3, "{below} {walls}");
+    // A plate on the floor does the same from below, and rounding changes nothing.
+    for (name, height) in [("floor", "1 mm"), ("rounded", "0.9999999999 mm")] {
+        let above = flux(&plate(height), name, &[]);
+        assert!((above / walls - 1.0).abs() < 1e-3, "{name}: {above} {walls}");
+    }
+    // Negative control: half a cell lower it is another slot.
+    let narrow = flux(&plate("3.75 mm"), "narrow", &[]);
+    assert!(narrow / walls < 0.95, "{narrow} {walls}");
+}

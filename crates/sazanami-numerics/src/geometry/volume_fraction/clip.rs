@@ -1,6 +1,6 @@
 //! The surface cut by the faces of the cells, integrated exactly.
 
-use super::{Block, Facet, Sums};
+use super::{Block, FLUSH_AREA, Facet, Sums};
 use crate::{Real, Vector};
 
 /// Most corners: a quadrilateral cut by six planes has ten. A power of two, so that places are bounded without a branch.
@@ -29,8 +29,15 @@ pub(super) fn accumulate(nodes: &[Vector], triangles: &[[u32; 3]], block: &mut B
 
 /// Adds to the block the area of all facets in each cell, how it is seen along each direction, and first moments.
 ///
-/// A piece of a plane facet is as large a part of it as seen along the axis along which most of the facet is seen.
-pub(super) fn accumulate_areas(nodes: &[Vector], facets: &[Facet], spacing: Vector, block: &mut Block) {
+/// A piece of a plane facet is as large a part of it as seen along the axis along which most of the facet is seen. One in a plane of cells that a
+/// `flush` end of the body lies in counts to the cells outside.
+pub(super) fn accumulate_areas(
+    nodes: &[Vector],
+    facets: &[Facet],
+    spacing: Vector,
+    flush: [[Option<Real>; 2]; 3],
+    block: &mut Block,
+) {
     let (mut cuts, mut polygon) = (Cuts::default(), Polygon::default());
     let faces = Vector::new(spacing.y * spacing.z, spacing.z * spacing.x, spacing.x * spacing.y);
     for facet in facets {
@@ -42,8 +49,17 @@ pub(super) fn accumulate_areas(nodes: &[Vector], facets: &[Facet], spacing: Vect
             continue;
         }
         let [a, b] = [(along + 1) % 3, (along + 2) % 3];
-        let (area, part_of) = ((outward * faces).length(), 0.5 / outward[along]);
-        pieces(&polygon, &mut cuts, |[i, j, k], piece| {
+        let (mut area, part_of) = ((outward * faces).length(), 0.5 / outward[along]);
+        let lies_in = |plane: Option<Real>| {
+            plane.is_some_and(|plane| polygon.corners[..polygon.len].iter().all(|corner| corner[along] == plane))
+        };
+        let [below, above] = flush[along].map(lies_in);
+        if below || above {
+            area *= FLUSH_AREA;
+        }
+        pieces(&polygon, &mut cuts, |mut index, piece| {
+            index[along] -= usize::from(below);
+            let [i, j, k] = index;
             let p = piece.corners[0];
             let (mut part, mut moment) = (0.0, Vector::ZERO);
             for pair in piece.corners[1..piece.len].windows(2) {
@@ -55,6 +71,7 @@ pub(super) fn accumulate_areas(nodes: &[Vector], facets: &[Facet], spacing: Vect
             moment += part * p;
             let index = block.index(i, j, k);
             let piece = &mut block.areas[index];
+            piece.is_flush |= below || above;
             piece.area.iter_mut().zip([part, moment.x, moment.y, moment.z]).for_each(|(sum, part)| *sum += area * part);
             for (d, seen) in piece.seen.iter_mut().enumerate() {
                 let sums = [part, moment[(d + 1) % 3], moment[(d + 2) % 3]];

@@ -79,7 +79,7 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<GridObserver>] = quantities! 
         => |row| row.totals.corrections.out_of_range_cells.into();
     "clipped_volume", "m^3", "liquid volume added so far by clipping liquid fractions (negative: removed)"
         => |row| row.totals.corrections.clipped_volume.into();
-    "liquid_volume_relative_change", "", "change of the transported liquid volume since the start, over that at the start"
+    "liquid_volume_relative_change", "", "what of the change of the liquid volume since the start did not come through sides of the box, over the volume at the start: an error"
         => |row| row.observer.findings.liquid_relative_change.into();
     "wet_liquid_volume_relative_change", "", "the same of the liquid outside grains: with `exchange = \"stress\"` liquid that grains cover counts as lost"
         => |row| row.observer.findings.wet_relative_change.into();

@@ -183,7 +183,7 @@ pub(in crate::recorder) const CONSERVATION: &[Field<GridObserver>] = quantities!
     "fed_mass", "kg", "their mass" => |observer| json!(observer.arrivals.mass);
     "fed_momentum", "N s", "momentum that they had when forces began to move them"
         => |observer| json!(observer.arrivals.momentum.to_array());
-    "liquid_volume_relative_change", "", "change of the transported liquid volume since the start, over that at the start"
+    "liquid_volume_relative_change", "", "what of the change of the liquid volume since the start did not come through sides of the box, over the volume at the start: an error"
         => |observer| json!(observer.findings.liquid_relative_change);
     "wet_liquid_volume_relative_change", "", "the same of the liquid outside grains: with `exchange = \"stress\"` liquid that grains cover counts as lost"
         => |observer| json!(observer.findings.wet_relative_change);

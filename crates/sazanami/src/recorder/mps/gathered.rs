@@ -7,7 +7,9 @@ use sazanami_mps::solver::Solver;
 use sazanami_mps::weight::Weight;
 use sazanami_mps::{Kind, Role};
 use sazanami_numerics::{Real, Vector};
-use sazanami_observe::ripples::{GrainView, Interpolation, SurfaceProfile, TankInside, WaterView, water_surface};
+use sazanami_observe::ripples::{
+    GrainView, Interpolation, SurfaceProfile, TankInside, WaterView, water_level_at, water_surface,
+};
 use sazanami_posing::assembly::wetted::PlacedLiquids;
 
 use super::TankSums;
@@ -301,6 +303,11 @@ impl GatheredTank {
     /// Surface of the water.
     pub fn surface(&self, tank: &TankInside) -> SurfaceProfile {
         water_surface(tank, &self.water_view(), 0.5 * self.spacing, self.spacing)
+    }
+
+    /// Height of the surface of the water at a place in x1 and x2 \[m].
+    pub fn level_at(&self, tank: &TankInside, place: [Real; 2]) -> Option<Real> {
+        water_level_at(tank, &self.water_view(), place, self.spacing)
     }
 
     /// Whole pressure of particle `n` under a body force [m/s^2], in Pa.

@@ -290,7 +290,8 @@ impl Observer for ParticleObserver {
 
     fn warnings(&self) -> Vec<Warning> {
         let change = self.volume_change();
-        let volume = change.filter(|change| change.abs() > 0.01).map(|change| Warning {
+        // Grains that are fed in raise it.
+        let volume = change.filter(|change| change.abs() > 0.01 && self.arrivals.grains == 0).map(|change| Warning {
             about: "volume",
             text: format!("the bulk volume of the water has changed by {:+.2} %", 1e2 * change),
         });

@@ -1,10 +1,8 @@
 //! Probes: what happens at a point, along a line, to a grain, at a wave gauge.
 
-use std::cell::OnceCell;
-
 use sazanami_io::table::Value;
 use sazanami_numerics::{Real, Vector};
-use sazanami_observe::ripples::{Sides, SurfaceProfile, TankInside};
+use sazanami_observe::ripples::TankInside;
 use sazanami_posing::assembly::grains::identifier;
 
 use super::gathered::GatheredTank;
@@ -70,8 +68,6 @@ struct View<'a> {
     tank: &'a TankInside,
     gathered: &'a GatheredTank,
     has_pressure: bool,
-    /// Surface of the water, once it is asked for.
-    surface: OnceCell<SurfaceProfile>,
 }
 
 /// Values of the probes that are `asked`, of the water whose pressure is known if it `has_pressure`.
@@ -82,14 +78,14 @@ pub(super) fn read(
     time: Real,
     asked: &[bool],
 ) -> Vec<Vec<Value>> {
-    let view = View { tank, gathered, has_pressure, surface: OnceCell::new() };
+    let view = View { tank, gathered, has_pressure };
     let found =
         |(probe, asked): (&Probe, &bool)| if *asked { measure(case, &view, time, &probe.place) } else { Vec::new() };
     case.probes.iter().zip(asked).map(found).collect()
 }
 
 fn measure(case: &Case, view: &View<'_>, time: Real, place: &ProbePlace) -> Vec<Value> {
-    let &View { tank, gathered, ref surface, .. } = view;
+    let &View { tank, gathered, .. } = view;
     match place {
         ProbePlace::Point(point) => at_points(case, view, time, &[*point]),
         ProbePlace::Line { from, to, points } => {
@@ -101,15 +97,7 @@ fn measure(case: &Case, view: &View<'_>, time: Real, place: &ProbePlace) -> Vec<
             let number = case.grains.iter().position(|kind| &kind.name == population).unwrap_or_default();
             of_body(case, gathered, time, identifier(number, *index))
         }
-        // The surface is a mean over the width.
-        ProbePlace::Gauge([x, _]) => {
-            let surface = surface.get_or_init(|| gathered.surface(tank));
-            let level = match tank.ends {
-                Sides::Periodic => surface.at_repeating(*x),
-                Sides::Walls => surface.at(*x),
-            };
-            cells(&GAUGE, &level).collect()
-        }
+        ProbePlace::Gauge(place) => cells(&GAUGE, &gathered.level_at(tank, *place)).collect(),
         // Refused with the case.
         ProbePlace::Plane { .. } => Vec::new(),
     }

@@ -118,9 +118,9 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<ParticleObserver>] = quantiti
         => |row| with_grains(row, |sums| sums.bed_share);
     "front", "m", "largest x1 of the water, isolated particles left out"
         => |row| Some(row.observer.sums.front).filter(|front| front.is_finite()).into();
-    "water_level_mean", "m", "mean height of the water's surface" => |row| row.observer.water.mean().into();
-    "water_level_highest", "m", "highest point of the water's surface" => |row| level(row, Real::max);
-    "water_level_lowest", "m", "lowest point of the water's surface" => |row| level(row, Real::min);
+    "water_level_mean", "m", "mean height of the water's surface, of the water averaged across the tank (x2)" => |row| row.observer.water.mean().into();
+    "water_level_highest", "m", "highest point of that surface" => |row| level(row, Real::max);
+    "water_level_lowest", "m", "lowest point of that surface" => |row| level(row, Real::min);
     "particles_above_rim", "", "particles beside walls above the top of an open box, where the walls end but still keep the water in; make the box higher if it is not 0"
         => |row| row.observer.rim.as_ref().map(|rim| rim.above).into();
     "bed_relief", "m", "root mean square of the bed's surface without its trend, all wavelengths"

@@ -11,7 +11,7 @@ use sazanami::check::{self, CostModel, Known};
 use sazanami::error::exit;
 use sazanami::machine::Machine;
 use sazanami::progress::StepLine;
-use sazanami::tanks;
+use sazanami::tanks::{self, Maker};
 use sazanami_io::checkpoint::{CheckpointReader, CheckpointWriter};
 use sazanami_io::vtk::{Values, VtkFile};
 use sazanami_numerics::Real;
@@ -134,7 +134,7 @@ fn a_tank_made_ready_begins_where_its_maker_began_and_fits_no_other() {
         let report = check::check(&loaded.case, known, &Machine::this(), 1, &CostModel::default());
         report.predicted_s.iter().map(|(name, _)| *name).collect::<Vec<_>>()
     };
-    assert!(tanks::made_ready(&loaded, None).unwrap().tank.is_some());
+    assert!(tanks::made_ready(&loaded, Maker::default()).unwrap().tank.is_some());
     assert_eq!((expected(false), expected(true)), (vec!["packing", "fluid", "grains"], vec!["fluid", "grains"]));
     let refused = |overrides: &[&str]| {
         let mut all = vec![given.as_str()];
@@ -144,7 +144,7 @@ fn a_tank_made_ready_begins_where_its_maker_began_and_fits_no_other() {
         let error = outcome.expect_err("this tank is another");
         assert_eq!(error.exit_code(), exit::WRONG_INPUT);
         // So does the check of the case, and nothing was written.
-        assert_eq!(tanks::made_ready(&loaded, None).unwrap_err().to_string(), error.to_string());
+        assert_eq!(tanks::made_ready(&loaded, Maker::default()).unwrap_err().to_string(), error.to_string());
         assert!(!scratch.join("other").exists());
         error.to_string()
     };
@@ -162,7 +162,7 @@ fn a_tank_made_ready_begins_where_its_maker_began_and_fits_no_other() {
         writer.add_json("tank/recipe", &recipe).unwrap();
         let path = scratch.join(&format!("without-{key}.state"));
         writer.write_atomic(&path).unwrap();
-        tanks::made_ready(&load(TANK, &[&format!("preparation.state={}", path.display())]), None).is_ok()
+        tanks::made_ready(&load(TANK, &[&format!("preparation.state={}", path.display())]), Maker::default()).is_ok()
     };
     assert!(made_without("courant") && made_without("tolerance"));
     assert!(!made_without("relax_steps") && !made_without("spacing"));

@@ -53,9 +53,13 @@ fn a_damaged_checkpoint_is_passed_over_for_the_one_before() {
         let left = 2 * STEPS - steps[0];
         let (outcome, said) = go_on(&folder, On::threads(2).steps(left));
         assert_eq!(outcome.unwrap().steps, 2 * STEPS, "{how}");
-        let report = said.iter().find(|text| text.starts_with("skipped")).unwrap_or_else(|| panic!("{how}: {said:#?}"));
+        let report =
+            said.iter().find(|text| text.starts_with("warning: skipped")).unwrap_or_else(|| panic!("{how}: {said:#?}"));
         assert!(report.contains(word) && report.contains(&format!("step-{:09}", steps[1])), "{how}: {report}");
         assert!(said.iter().any(|text| text.contains(&format!("from step {}", steps[0]))), "{how}: {said:#?}");
+        // It no longer counts among those that are kept.
+        let aside = checkpoints(&folder).path_of(steps[1]).with_extension("ckpt.damaged");
+        assert!(aside.is_file() && checkpoints(&folder).steps().unwrap().len() == 2, "{how}");
         assert_same(&folder, &whole, how);
     }
     let folder = copy("nothing-left");
@@ -64,7 +68,7 @@ fn a_damaged_checkpoint_is_passed_over_for_the_one_before() {
     let error = outcome.unwrap_err();
     assert_eq!(error.exit_code(), exit::WRONG_INPUT);
     assert!(error.to_string().contains("no good checkpoint"), "{error}");
-    assert_eq!(said.iter().filter(|text| text.starts_with("skipped")).count(), 2);
+    assert_eq!(said.iter().filter(|text| text.starts_with("warning: skipped")).count(), 2);
     // Nothing was touched.
     assert_eq!(std::fs::read(folder.join("series.csv")).unwrap(), std::fs::read(sound.join("series.csv")).unwrap());
 }
