@@ -326,7 +326,7 @@ def options_of(
     until: Optional[Time],
     steps: Optional[int],
     threads: Optional[int],
-    ranks: int,
+    ranks: Optional[int],
     pictures: bool,
     report: bool,
 ) -> Dict[str, Any]:
@@ -342,7 +342,7 @@ def options_of(
         "until": None if until is None else _time("until", until),
         "steps": steps,
         "threads": threads,
-        "ranks": ranks,
+        "ranks": 0 if ranks is None else ranks,
         "pictures": pictures,
         "report": report,
     }
@@ -354,7 +354,7 @@ def resume(
     until: Optional[Time] = None,
     steps: Optional[int] = None,
     threads: Optional[int] = None,
-    ranks: int = 1,
+    ranks: Optional[int] = None,
     progress: Progress = False,
     pictures: bool = True,
     report: bool = True,

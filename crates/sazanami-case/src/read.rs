@@ -461,9 +461,11 @@ impl<'a> Context<'a> {
         }
         let finding = self.report.error(span, format!("unknown {what} `{name}`"));
         if what == "key" && ORDER.contains(&name) && !known.contains(&name) {
-            finding
-                .label("a key of the case, not of this table")
-                .help(format!("put it above the first table, or write it as `[{name}]`"));
+            finding.label("a key of the case, not of this table").help(match name {
+                "name" | "title" | "preset" | "solver" | "gravity" => "put it above the first table".to_owned(),
+                "grains" | "liquid" | "probe" | "gate" => format!("write `[[{name}]]` above its keys"),
+                _ => format!("put it above the first table, or write `[{name}]` above its keys"),
+            });
             return;
         }
         let mut sorted = known.to_vec();

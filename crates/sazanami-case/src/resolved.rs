@@ -8,13 +8,10 @@ use crate::read::ORDER;
 pub use crate::write::Paths;
 use crate::write::{Written, quoted};
 
-/// Beginning of every such file.
-pub const HEADING: &str = "# The case as run";
-
 /// The case as text.
 #[must_use]
 pub fn write(case: &Case, paths: Paths) -> String {
-    let mut text = format!("{HEADING}: resolved, every default, SI units.\n");
+    let mut text = "# The case as run: resolved, every default, SI units.\n".to_owned();
     if let Written::Table(mut entries) = Keys::write(case, paths) {
         entries.put_in_order(&ORDER);
         entries.render("", &mut text);

@@ -205,14 +205,23 @@ fn row_of(key: &Changed) -> Vec<String> {
     vec![key.path.clone(), amounts::of_key(&key.path, &key.value), default, typeset(key.about)]
 }
 
-/// What keeps a run from being repeated bit for bit at once, by its history in the summary.
-fn detours(history: &Value) -> Vec<String> {
-    let values = |key: &str| history[key].as_array().into_iter().flatten().map(ToString::to_string).collect::<Vec<_>>();
-    let (ranks, ends) = (values("ranks"), values("ends_s"));
-    let ranks = (ranks.len() > 1).then(|| format!("was on {} ranks", ranks.join(", then ")));
+/// What keeps a run from being repeated bit for bit at once, by its history in the summary; none where that is not known.
+fn detours(history: &Value) -> Option<Vec<String>> {
+    let values = |key: &str| -> Option<Vec<String>> {
+        let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+        Some(history[key].as_array()?.iter().map(text).collect())
+    };
+    let (ranks, sums, programs, ends) = (values("ranks")?, values("sums")?, values("programs")?, values("ends_s")?);
+    let several = |of: &[String], words: &str| (of.len() > 1).then(|| format!("{words} {}", of.join(", then ")));
     let ends = (!ends.is_empty())
-        .then(|| format!("had come to an end at {} s before it was given a later one", ends.join(" s, then ")));
-    ranks.into_iter().chain(ends).collect()
+        .then(|| format!("was to end at {} s before it was given a later end", ends.join(" s, then ")));
+    let all = [
+        several(&ranks, "was on several numbers of ranks:"),
+        several(&sums, "added over its ranks in several orders:"),
+        several(&programs, "was made by"),
+        ends,
+    ];
+    Some(all.into_iter().flatten().collect())
 }
 
 /// The commands and the case.
@@ -222,21 +231,19 @@ fn how_to_repeat(html: &mut Html, run: &Finished) {
     let ranks = run.summary["machine"]["ranks"].as_u64().unwrap_or(1);
     let steps = run.summary["steps"].as_u64().filter(|_| run.summary["status"] == "stopped");
     let stop = steps.filter(|steps| *steps > 0).map_or(String::new(), |steps| format!(" --steps {steps}"));
+    let sums = if run.summary["machine"]["sums"] == "tree" { " --sums tree" } else { "" };
     html.raw("<p>Save the case below beside the files that it names, and run it:</p>\n");
-    html.element(
-        "pre",
-        &[("tabindex", "0")],
-        &format!("sazanami run {CASE} --threads {threads} --ranks {ranks}{stop}"),
-    );
-    let detours = detours(&run.summary["history"]);
-    if !detours.is_empty() {
-        let text = format!(
-            "This run {}: one at once differs from it in the last bits, and by what grows out of them.",
-            detours.join(", and ")
-        );
-        html.element("p", &[], &text);
-    } else if let Some(hash) = run.summary["state_hash"].as_str().filter(|_| steps != Some(0)) {
-        html.element("p", &[], &format!("The same program reaches the same state, bit for bit, with any number of threads: its summary then has the state hash {hash}."));
+    let command = format!("sazanami run {CASE} --threads {threads} --ranks {ranks}{sums}{stop}");
+    html.element("pre", &[("tabindex", "0")], &command);
+    let hash = run.summary["state_hash"].as_str().filter(|_| steps != Some(0));
+    match (detours(&run.summary["history"]), hash) {
+        (None, _) => {}
+        (Some(detours), _) if !detours.is_empty() => {
+            let text = format!("This run {}: one at once may differ from it in the last bits, and by what grows out of them.", detours.join(", and "));
+            html.element("p", &[], &text);
+        }
+        (Some(_), Some(hash)) => html.element("p", &[], &format!("The same program reaches the same state, bit for bit, with any number of threads: its summary then has the state hash {hash}.")),
+        (Some(_), None) => {}
     }
     html.raw("<details><summary>The case, with every default</summary>\n");
     html.element("pre", &[("tabindex", "0")], run.case.source.text());

@@ -26,9 +26,16 @@ pub(crate) fn skipped(newest: &NewestCheckpoint) -> impl Iterator<Item = String>
     newest.skipped.iter().map(|(path, error)| format!("skipped {}: {error}", path.display()))
 }
 
-/// Gives those that were skipped another name, so that they do not count among the checkpoints that are kept.
+/// Gives those that were skipped as damaged another name, so that they do not count among the checkpoints that are kept.
 pub(crate) fn put_aside(newest: &NewestCheckpoint) {
-    for (path, _) in newest.skipped.iter().filter(|(path, _)| path.is_file()) {
+    let is_damaged = |error: &CheckpointError| {
+        use CheckpointError::{DamagedHeader, DamagedIndex, DamagedSection, NotACheckpoint, Torn};
+        matches!(
+            error,
+            DamagedHeader { .. } | DamagedIndex { .. } | DamagedSection { .. } | NotACheckpoint { .. } | Torn { .. }
+        )
+    };
+    for (path, _) in newest.skipped.iter().filter(|(path, error)| path.is_file() && is_damaged(error)) {
         let mut aside = path.clone().into_os_string();
         aside.push(".damaged");
         // One that stays is skipped again.

@@ -7,7 +7,7 @@ use crate::check::{self, CheckReport, CostModel, Known};
 use crate::error::CommandError;
 use crate::machine::{self, Machine};
 use crate::tanks::{self, Maker};
-use crate::{feasible, workers};
+use crate::{feasible, results, workers};
 
 /// Result of the examination of a case that can run.
 #[derive(Clone, Debug)]
@@ -33,7 +33,8 @@ pub fn examine(
 ) -> Result<Examined, CommandError> {
     let (machine, model) = (Machine::this(), CostModel::default());
     let feasible = feasible::check(loaded, &machine, &model)?;
-    let ready = tanks::made_ready(loaded, Maker { commit, ranks: ranks.unwrap_or(1), ..Maker::default() })?;
+    let files = &results::contents(&loaded.case);
+    let ready = tanks::made_ready(loaded, Maker { commit, ranks: ranks.unwrap_or(1), files, ..Maker::default() })?;
     let known = Known { shapes: &feasible.facts, made_ready: ready.tank.is_some() };
     let (asked, threads) = (threads, threads.unwrap_or(machine.cores));
     workers::few_enough(threads, machine.cores)?;

@@ -323,6 +323,8 @@ fn follow_run(processes: &Processes, order: &RunOrder, options: &RunOptions, sto
         case_text: None,
         shapes: shapes.into(),
         beds,
+        // Rank 0 keeps the tank.
+        files: Vec::new(),
         options: &options,
         folder: order.folder.clone(),
         prepared,

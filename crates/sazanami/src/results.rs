@@ -5,7 +5,6 @@ use std::io::{Read as _, Write as _};
 use std::path::{Path, PathBuf};
 
 use crate::case::meaning::{Case, ContactSphereChoice, GrainPlacement, GrainShape, Population, TankMotion};
-use crate::case::resolved;
 use crate::error::CommandError;
 use crate::lock::FolderLock;
 pub use crate::log::LOG;
@@ -58,7 +57,8 @@ fn of_nobodys_run(folder: &Path) -> Option<&'static str> {
         let read = fs::File::open(folder.join(name)).and_then(|mut file| file.read(&mut start));
         String::from_utf8_lossy(&start[..read.unwrap_or(0)]).into_owned()
     };
-    let has_run = begins(CASE).starts_with(resolved::HEADING) || begins(LOG).contains("  sazanami ");
+    // The copy of a case alone may be somebody's own beside what else it names.
+    let has_run = begins(LOG).contains("  sazanami ") || begins(SUMMARY).starts_with('{');
     WRITTEN.into_iter().chain([CASE]).find(|name| !has_run && folder.join(name).exists())
 }
 
@@ -68,13 +68,16 @@ pub fn is_in_use(folder: &Path) -> bool {
     FolderLock::refuse_held(folder).is_err()
 }
 
-/// What a run wrote into its folder, relative to it; neither links nor other files.
+/// What a run wrote into its folder, relative to it: nothing beside that, nor what links within it lead to.
 pub(crate) fn written(folder: &Path) -> Vec<String> {
     let mut found = Vec::new();
     let mut left: Vec<PathBuf> = WRITTEN.into_iter().chain([CASE, INPUTS]).map(PathBuf::from).collect();
     while let Some(name) = left.pop() {
         let path = folder.join(&name);
-        match fs::symlink_metadata(&path).map(|entry| entry.file_type()) {
+        // A folder of results may be a link to another disk; within it none is followed.
+        let is_top = name.components().count() == 1;
+        let entry = if is_top { fs::metadata(&path) } else { fs::symlink_metadata(&path) };
+        match entry.map(|entry| entry.file_type()) {
             Ok(kind) if kind.is_dir() => {
                 left.extend(
                     fs::read_dir(&path).into_iter().flatten().flatten().map(|entry| name.join(entry.file_name())),
@@ -366,14 +369,14 @@ mod tests {
         assert!(
             prepare(Some(&folder), "case", true).unwrap_err().to_string().contains("figures` would be overwritten")
         );
-        for (name, text) in [(CASE, "# The case as run: resolved"), (LOG, "2026-11-30T03:38:51Z  sazanami 0.2.0")] {
+        for (name, text) in [(SUMMARY, "{ }"), (LOG, "2026-11-30T03:38:51Z  sazanami 0.2.0")] {
             fs::write(folder.join(name), text).unwrap();
             assert!(prepare(Some(&folder), "case", true).is_ok());
             fs::remove_file(folder.join(name)).unwrap();
         }
-        fs::write(folder.join(CASE), "# A case of my own").unwrap();
+        fs::remove_dir(folder.join("figures")).unwrap();
+        fs::write(folder.join(CASE), "# The case as run: saved from a report").unwrap();
         assert_eq!(prepare(Some(&folder), "case", true).unwrap_err().exit_code(), 2);
-        assert_eq!(fs::read_to_string(folder.join(CASE)).unwrap(), "# A case of my own");
     }
 
     #[test]

@@ -27,6 +27,9 @@ use crate::{checkpoints, recorder, results, simulation, workers};
 
 pub use crate::job::{ReportWriter, RunOptions, Status};
 
+/// Ranks that one process may have without being asked, however few processors there are.
+const FEW_RANKS: usize = 16;
+
 /// The outcome of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunSummary {
@@ -65,9 +68,10 @@ pub fn run(
     stop: &Stop,
 ) -> Result<RunSummary, CommandError> {
     let machine = Machine::this();
+    let files = results::contents(&loaded.case);
     let mut feasible = feasible::check(loaded, &machine, &CostModel::default())?;
     let workers = workers::of_run(loaded, options, machine.cores)?;
-    let ready = tanks::made_ready(loaded, Maker::of(&workers, options))?;
+    let ready = tanks::made_ready(loaded, Maker::of(&workers, options, &files))?;
     foresee_limits(loaded, &mut feasible, &ready, options, workers.ranks * workers.threads);
     if !feasible.warnings.is_empty() {
         progress.warnings(&feasible.warnings, &loaded.source);
@@ -93,7 +97,7 @@ pub fn run(
     }
     ready.messages.iter().for_each(|text| log.message(text));
     let from = Start::Case(resolved::write(&kept, Paths::AsGiven), ready.tank);
-    Launch { case: &loaded.case, feasible, workers, options, folder: &folder, stop }.start(from, &mut log)
+    Launch { case: &loaded.case, feasible, files, workers, options, folder: &folder, stop }.start(from, &mut log)
 }
 
 /// Says so where nothing keeps a second run out of the folder.
@@ -162,8 +166,8 @@ pub fn resume(
     }
     refuse_to_stand_still(&loaded, &resumed.run, options)?;
     let longer = longer(&case_file, &loaded, &resumed.run, options)?;
-    if longer.is_some() && resumed.run.time >= loaded.case.run.until {
-        resumed.run.history.ends.push(loaded.case.run.until);
+    if let Some(history) = resumed.run.history.as_mut().filter(|_| longer.is_some()) {
+        history.ends.push(loaded.case.run.until);
     }
     let lengthened =
         longer.as_ref().map(|longer| resolved::write(&results::named_within(&longer.case, folder), Paths::AsGiven));
@@ -178,7 +182,7 @@ pub fn resume(
     } else {
         feasible::check_without_grains(&loaded, &machine, &model)?
     };
-    let options = &resumed.run.continued(options);
+    let options = &continued(&resumed.run, options, folder, machine.cores)?;
     let workers = workers::of_run(&loaded, options, machine.cores)?;
     let mut log = Log::append(folder, progress);
     log.note(&heading(&loaded.case, options));
@@ -193,7 +197,8 @@ pub fn resume(
     if let Some(text) = other_program(&resumed.run, &loaded.case, options) {
         log.message(&text);
     }
-    let launch = Launch { case: &loaded.case, feasible, workers, options, folder, stop };
+    let files = results::contents(&loaded.case);
+    let launch = Launch { case: &loaded.case, feasible, files, workers, options, folder, stop };
     launch.start(Start::Checkpoint(lengthened, Box::new(resumed)), &mut log)
 }
 
@@ -246,10 +251,33 @@ fn longer(
     Ok(Some(longer))
 }
 
+/// The options of a command that goes on with a run, with the ranks and the order of sums that the run had where they leave that open.
+fn continued(run: &RunState, options: &RunOptions, folder: &Path, cores: usize) -> Result<RunOptions, CommandError> {
+    let sums = options.sums.or(run.sums());
+    if options.ranks > 0 || options.processes.is_some() {
+        return Ok(RunOptions { sums, ..options.clone() });
+    }
+    // Earlier versions told it in the summary alone.
+    let told = || summary_of(folder)["machine"]["ranks"].as_u64().map(|ranks| ranks as usize);
+    let ranks = run.ranks().or_else(told).unwrap_or(1);
+    if ranks > cores.max(FEW_RANKS) {
+        return Err(CommandError::input(
+            format!("this run was on {ranks} ranks, and this machine has {cores} processors"),
+            "start as many processes by a launcher of MPI, or give `--ranks`: another number gives other last bits",
+        ));
+    }
+    Ok(RunOptions { sums, ranks, ..options.clone() })
+}
+
+/// The summary in a folder of results; null where there is none.
+fn summary_of(folder: &Path) -> serde_json::Value {
+    let text = std::fs::read_to_string(folder.join(results::SUMMARY)).unwrap_or_default();
+    serde_json::from_str(&text).unwrap_or_default()
+}
+
 /// Refuses a run that wrote its last checkpoint long ago and has it no more: it would be computed again from the beginning.
 fn refuse_without_checkpoints(folder: &Path) -> Result<(), CommandError> {
-    let text = std::fs::read_to_string(folder.join(results::SUMMARY)).unwrap_or_default();
-    let summary: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+    let summary = summary_of(folder);
     let Some(status @ ("finished" | "stopped")) = summary["status"].as_str() else { return Ok(()) };
     Err(CommandError::input(
         format!("`{}` holds a run that has {status}, and no checkpoint of it", folder.display()),
@@ -269,9 +297,10 @@ fn begin_again(
     stop: &Stop,
 ) -> Result<RunSummary, CommandError> {
     let machine = Machine::this();
+    let files = results::contents(&loaded.case);
     let feasible = feasible::check(loaded, &machine, &CostModel::default())?;
     let workers = workers::of_run(loaded, options, machine.cores)?;
-    let ready = tanks::made_ready(loaded, Maker::of(&workers, options))?;
+    let ready = tanks::made_ready(loaded, Maker::of(&workers, options, &files))?;
     let kept = results::keep_inputs(&loaded.case, folder)?;
     let log = std::fs::read(folder.join(LOG)).unwrap_or_default();
     results::clear(folder, &kept)?;
@@ -282,7 +311,7 @@ fn begin_again(
     log.message("no checkpoint had been written: the run begins again from the case in its folder");
     ready.messages.iter().for_each(|text| log.message(text));
     let from = Start::Case(resolved::write(&kept, Paths::AsGiven), ready.tank);
-    Launch { case: &loaded.case, feasible, workers, options, folder, stop }.start(from, &mut log)
+    Launch { case: &loaded.case, feasible, files, workers, options, folder, stop }.start(from, &mut log)
 }
 
 /// A warning where another program began the run than goes on with it.
@@ -326,6 +355,8 @@ const LISTENER_LAG: usize = 1;
 struct Launch<'a> {
     case: &'a Case,
     feasible: Feasible,
+    /// Hashes of what its files hold.
+    files: Vec<String>,
     workers: Workers,
     options: &'a RunOptions,
     folder: &'a Path,
@@ -345,7 +376,7 @@ impl Launch<'_> {
 
     /// Starts the ranks and hears them to the end.
     fn listen(self, from: Start, progress: &mut dyn Progress) -> Result<RunSummary, CommandError> {
-        let Self { case, feasible, workers, options, folder, stop } = self;
+        let Self { case, feasible, files, workers, options, folder, stop } = self;
         let began = Instant::now();
         let (sender, events) = mpsc::sync_channel(LISTENER_LAG);
         let (case_text, prepared, resumed) = match from {
@@ -359,6 +390,7 @@ impl Launch<'_> {
             packing_time: check::packing_time_of(case, &feasible.facts),
             shapes: feasible.shapes.into(),
             beds: feasible.beds,
+            files,
             options,
             folder: folder.to_owned(),
             prepared,

@@ -12,7 +12,7 @@ use crate::case::meaning::{Bed, Case, Checkpoints, GrainArrays, GrainForm, Outpu
 use crate::case::resolved::{self, Paths};
 use crate::case::{CaseError, Diagnostics, LoadedCase};
 use crate::job::{Job, RecordError, RunOptions, Workers};
-use crate::results::{self, PREPARED};
+use crate::results::PREPARED;
 
 /// Section of a state's file with its [`Recipe`].
 const RECIPE: &str = "tank/recipe";
@@ -42,19 +42,21 @@ pub struct Maker<'a> {
     pub ranks: usize,
     /// Order of sums over them.
     pub sums: &'a str,
+    /// Hashes of what the files hold that populations and liquids name, when they were read: [`results::contents`].
+    pub files: &'a [String],
 }
 
 impl Default for Maker<'_> {
     /// A program of unknown commit on one rank.
     fn default() -> Self {
-        Self { commit: None, ranks: 1, sums: Sums::default().word() }
+        Self { commit: None, ranks: 1, sums: Sums::default().word(), files: &[] }
     }
 }
 
 impl<'a> Maker<'a> {
     /// The ranks of a run.
-    pub(crate) fn of(workers: &'a Workers, options: &RunOptions) -> Self {
-        Self { commit: options.commit, ranks: workers.ranks, sums: &workers.sums }
+    pub(crate) fn of(workers: &'a Workers, options: &RunOptions, files: &'a [String]) -> Self {
+        Self { commit: options.commit, ranks: workers.ranks, sums: &workers.sums, files }
     }
 
     fn commit(&self) -> &str {
@@ -65,7 +67,7 @@ impl<'a> Maker<'a> {
     fn kept_at(&self, case: &Case) -> Option<PathBuf> {
         let folder = cache_folder()?;
         let ranks = if self.ranks > 1 { format!("{} ranks, {}", self.ranks, self.sums) } else { String::new() };
-        let (version, tank, files) = (env!("CARGO_PKG_VERSION"), tank_of(case), results::contents(case).join(" "));
+        let (version, tank, files) = (env!("CARGO_PKG_VERSION"), tank_of(case), self.files.join(" "));
         let key = format!("{version} {} {ranks}\n{tank}\n{files}", self.commit());
         Some(folder.join(format!("tank-{:016x}.state", xxhash_rust::xxh3::xxh3_64(key.as_bytes()))))
     }
@@ -191,7 +193,7 @@ fn find(
                 .help("make the two alike, or leave out `state`");
             return None;
         }
-        if recipe.files.is_some_and(|files| files != results::contents(case)) {
+        if recipe.files.is_some_and(|files| files != maker.files) {
             report
                 .error(span, format!("`{}` is the state of another tank", path.display()))
                 .label("the files of beds or shapes that it was made with held something else")
@@ -206,7 +208,7 @@ fn find(
     }
     let path = maker.kept_at(case).filter(|path| path.is_file())?;
     match read(&path) {
-        Ok((recipe, snapshot)) if recipe.tank == tank_of(case) && recipe.files == Some(results::contents(case)) => {
+        Ok((recipe, snapshot)) if recipe.tank == tank_of(case) && recipe.files.as_deref() == Some(maker.files) => {
             say(format!("tank prepared by an earlier run, from {}", path.display()));
             Some(snapshot)
         }
@@ -260,12 +262,12 @@ fn flatten(key: String, value: &toml::Value, into: &mut BTreeMap<String, String>
 
 /// Keeps a tank that was prepared: in the folder of results, and for later runs.
 pub(crate) fn keep(job: &Job, snapshot: &Snapshot) -> Result<(), RecordError> {
-    let maker = Maker::of(&job.workers, job.options);
+    let maker = Maker::of(&job.workers, job.options, &job.files);
     let recipe = Recipe {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         commit: maker.commit().to_owned(),
         tank: tank_of(job.case),
-        files: Some(results::contents(job.case)),
+        files: Some(job.files.clone()),
     };
     let mut writer = CheckpointWriter::new();
     writer.add_snapshot(snapshot)?;
@@ -299,7 +301,8 @@ mod tests {
         let of = |bed: &str, maker: Maker| {
             std::fs::write(folder.path().join("bed.csv"), bed).unwrap();
             let loaded = crate::case::load(&path, &[]).unwrap_or_else(|error| panic!("{error}"));
-            maker.kept_at(&loaded.case)
+            let files = crate::results::contents(&loaded.case);
+            Maker { files: &files, ..maker }.kept_at(&loaded.case)
         };
         let one = Maker::default();
         let kept = of("x1_m,x2_m,x3_m\n0.005,0.005,0.001\n", one);

@@ -62,6 +62,18 @@ fn runs_go_side_by_side_and_end_in_one_table() {
     let refused = sweep(folder.path(), &[]);
     assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
     assert!(said(&refused).contains("its run 002-cfl-0.3 is not one of this plan"), "{}", said(&refused));
+    // Nor does it take their results for its own.
+    for arguments in [["--collect"], ["--list"]] {
+        let refused = sweep(folder.path(), &arguments);
+        assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
+        assert_eq!(table(folder.path()), before);
+    }
+    let swapped = command(folder.path(), &["run", "plan.toml"]).output().unwrap();
+    assert_eq!(swapped.status.code(), Some(2));
+    assert!(said(&swapped).contains("this is the plan of a sweep, not a case"), "{}", said(&swapped));
+    let swapped = command(folder.path(), &["sweep", "a.toml"]).output().unwrap();
+    assert_eq!(swapped.status.code(), Some(2));
+    assert!(said(&swapped).contains("this is a case, not the plan of a sweep"), "{}", said(&swapped));
     std::fs::write(folder.path().join("plan.toml"), PLAN.replace("0.4]", "0.4, 0.45]")).unwrap();
     let more = sweep(folder.path(), &[]);
     assert_eq!(more.status.code(), Some(0), "{}", said(&more));

@@ -399,7 +399,7 @@ impl Imprint {
         self.planes.sort(&self.groups, &self.order);
         self.sum(domain, grains);
         if self.with_areas {
-            self.sum_areas(domain);
+            self.sum_areas(domain, grains);
         }
         self.report(domain, grains.owned())
     }

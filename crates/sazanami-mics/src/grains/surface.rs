@@ -24,8 +24,8 @@
 //! where `s`, the variance of the solid fraction over the cell and its 26 neighbours over `m (1 - m)` with the mean `m`, is 1 where
 //! cells are covered whole or not at all, and 0 where all are covered by the same part.
 //!
-//! A flat end of a grain that lies in a plane of cells rubs the cells beside it as a wall of the box does, whatever the Reynolds number: half a cell
-//! lies between it and their centres.
+//! A flat end of a grain that lies in a plane of cells holds the fluid in the cells beside it as a wall of the box does, whatever the Reynolds number: half
+//! a cell lies between it and their centres (docs/decisions/0035).
 
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Field;
@@ -61,6 +61,12 @@ const RESOLVED: Real = 0.6;
 fn beside_slip(reynolds: Real, resolved: Real) -> Real {
     let layer = LAYER * reynolds.sqrt() - (SLOW - FAST) * reynolds / (HALF_WAY + reynolds);
     SLOW + resolved * layer + (1.0 - resolved) * FORM * reynolds
+}
+
+/// Friction in the cell at place `at` beside flat ends in planes of cells [1/m^2]: as much as the stress towards the covered cells behind them, which
+/// ends half a cell away then; `squares` are those of the widths \[m^2].
+fn beside_ends(alpha: &[Real], at: usize, strides: [usize; 3], squares: Vector) -> Real {
+    (0..3).map(|d| (alpha[at - strides[d]].min(1.0) + alpha[at + strides[d]].min(1.0)) / squares[d]).sum()
 }
 
 /// Cells of a row that are looked at together.
@@ -116,7 +122,8 @@ impl Surface {
         self.covered.covered(domain, &imprint.solid_fraction, |j, k| imprint.row_is_covered(j, k));
         std::mem::swap(&mut self.beside, &mut self.were_beside);
         self.beside.and_beside(domain, &self.covered);
-        let strides = domain.strides().map(|s| s as usize);
+        let (strides, spacing) = (domain.strides().map(|s| s as usize), domain.grid().spacing);
+        let squares = spacing * spacing;
         let (alpha, shared) = (imprint.solid_fraction.data(), imprint.shared());
         let solid = imprint.solid_velocity.each_ref().map(Field::data);
         let Self { friction, velocity: [v1, v2, v3], taken: [t1, t2, t3], covered, beside, were_beside } = self;
@@ -146,9 +153,11 @@ impl Surface {
                     let (radius, towards) = (open / area[at], Vector::new(v1[i], v2[i], v3[i]) / area[at]);
                     let slip = (Vector::new(u1[at], u2[at], u3[at]) - towards).length();
                     let reynolds = slip * radius / flow.fluids.kinematic_viscosity(c[at]);
-                    let is_wall = alpha[at] < WALL;
-                    let factor = if is_wall { SLOW } else { beside_slip(reynolds, parts[i % BLOCK]) };
-                    friction[i] = factor / (radius * radius);
+                    friction[i] = if alpha[at] < WALL {
+                        beside_ends(alpha, at, strides, squares)
+                    } else {
+                        beside_slip(reynolds, parts[i % BLOCK]) / (radius * radius)
+                    };
                     towards
                 } else {
                     continue;

@@ -25,4 +25,4 @@ pub use shape::{Shape, ShapeError, ShapeReport};
 pub use spheroid::Spheroid;
 pub use surface_mesh::SurfaceMesh;
 pub use tetrahedra::{MeshError, MeshQuality, TetrahedralMesh};
-pub use volume_fraction::{CellCover, Imprint, Rasteriser, Section, VolumeFractionMethod};
+pub use volume_fraction::{CellCover, FLUSH_FRACTION, Imprint, Rasteriser, Section, VolumeFractionMethod};

@@ -82,15 +82,12 @@ pub struct Imprint {
 const NEGLIGIBLE: Real = 1e-9;
 /// Distance of a flat end of a body from a plane of cells within which it lies in that, in cell edges.
 const FLUSH: Real = 1e-6;
-/// Fraction of the cells outside a flat end that lies in a plane of cells.
-const FLUSH_FRACTION: Real = 1e-12;
-/// Factor of the area of such an end. Its cells are open whole, their friction goes by the square of the area, and is to be what a plane half a cell
-/// from their centre exerts beyond the stress towards the cell behind it: a sixth of that of a surface within them.
-const FLUSH_AREA: Real = 0.408_248_290_463_863;
+/// Fraction of the cells outside a flat end that lies in a plane of cells: so little that it counts nowhere but for its surface.
+pub const FLUSH_FRACTION: Real = 1e-12;
 /// Largest correction; it changes a half-filled cell by a quarter of this. Samples that need a larger one are too few.
 const LARGEST_CORRECTION: Real = 0.5;
 /// Largest shift of a centroid by it, in cell edges.
-const LARGEST_SHIFT: Real = 0.1;
+const LARGEST_SHIFT: Real = 0.25;
 
 /// Integrals over the pieces of surface in one cell, lengths in cell edges: over the part of the cell below them
 /// of 1, x, y, 2z, and over their horizontal projection of 1, x, y, 1; x and y from the centre, z from the floor.
@@ -326,7 +323,7 @@ impl Block {
                         self.areas.get(index).copied().unwrap_or_default();
                     index += 1;
                     let is_filled = v[0] > threshold;
-                    if !is_filled && !is_flush {
+                    if !is_filled && !(is_flush && area > 0.0) {
                         continue;
                     }
                     let cell = [self.first[0] + i, self.first[1] + j, self.first[2] + k];
@@ -381,6 +378,63 @@ fn correct(covers: &mut [CellCover], tally: &Tally, exact: Real, position: Vecto
         if shift != wanted {
             let rest = (wanted - shift) * leeway / covers.iter().map(|cover| cover.fraction).sum::<Real>();
             covers.iter_mut().for_each(|cover| cover.centroid += rest);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::ContactSphereRule;
+
+    /// Covers of a block of 4 x 3 x 2 cells of unlike edges, moved and turned about x3.
+    fn covers(shift: Vector, angle: Real) -> Vec<CellCover> {
+        let grid = Grid::new([10, 10, 10], Vector::ZERO, Vector::new(10.0, 5.0, 20.0));
+        let shape = Shape::cuboid(Vector::new(4.0, 1.5, 4.0), &ContactSphereRule::Listed(vec![(Vector::ZERO, 0.5)]))
+            .expect("a block");
+        let mut covers = Vec::new();
+        let position = Vector::new(5.0, 2.75, 10.0) + shift;
+        let turn = Quaternion::from_rotation_z(angle);
+        Rasteriser::new(VolumeFractionMethod::default()).with_areas(true).imprint(
+            &shape,
+            position,
+            turn,
+            &grid,
+            &mut covers,
+        );
+        covers
+    }
+
+    #[test]
+    fn flat_ends_in_planes_of_cells_are_part_of_the_cells_outside() {
+        for (shift, angle) in [(0.0, 0.0), (1e-9, 0.0), (0.0, 1e-8), (0.0, -1e-8)] {
+            let covers = covers(Vector::splat(shift), angle);
+            let (full, beside): (Vec<CellCover>, Vec<CellCover>) =
+                covers.iter().partition(|cover| cover.fraction > 0.5);
+            assert_eq!((full.len(), beside.len()), (24, 2 * (4 * 3 + 3 * 2 + 2 * 4)), "{shift} {angle}");
+            assert!(full.iter().all(|cover| cover.area == 0.0 && (cover.fraction - 1.0).abs() < 1e-9));
+            assert!(beside.iter().all(|cover| cover.fraction == FLUSH_FRACTION));
+            let area: Real = beside.iter().map(|cover| cover.area).sum();
+            assert!((area - 2.0 * (6.0 + 6.0 + 16.0)).abs() < 1e-6, "{area}");
+            // A face of a cell in the plane is covered on either end.
+            let of =
+                |cell: [i32; 3]| covers.iter().find(|cover| cover.cell == cell).map(|cover| cover.sections[0].part);
+            assert_eq!([of([3, 5, 5]), of([7, 5, 5])], [Some(1.0), Some(1.0)]);
+        }
+        // Negative control: a hundredth of a cell further the ends lie within cells.
+        let covers = covers(Vector::new(0.0, 0.0, 0.02), 0.0);
+        assert!(covers.iter().any(|cover| cover.cell[2] == 6 && (cover.fraction - 0.01).abs() < 1e-6));
+    }
+
+    #[test]
+    fn centroids_stay_at_their_cells_however_little_is_covered_in_part() {
+        for angle in [1e-7, 1e-6, 1e-5, 1e-3] {
+            for cover in covers(Vector::new(1e-5, -1e-5, 2e-6), angle) {
+                let middle = (Vector::from_array(cover.cell.map(Real::from)) + 0.5) * Vector::new(1.0, 0.5, 2.0);
+                let away = (cover.centroid - middle).abs() / Vector::new(1.0, 0.5, 2.0);
+                assert!(away.max_element() < 0.8, "{angle}: {cover:?}");
+                assert!(cover.surface.is_finite() && cover.centroid.is_finite());
+            }
         }
     }
 }

@@ -10,7 +10,7 @@ use super::substeps::longest_substep;
 use super::{BedReport, CheckReport, ImpactReport, RanksReport, SubstepCause, TankReport, bytes, number};
 use crate::assembly::grains::wet_interactions;
 use crate::case::amounts::{self, estimate, length, time};
-use crate::case::meaning::{Case, Exchange, GrainPlacement, RunEnd, SIDE_NAMES, Substeps};
+use crate::case::meaning::{Case, Exchange, GrainPlacement, GrainShape, RunEnd, SIDE_NAMES, Substeps};
 use crate::case::units::rounded;
 
 /// Limits of the step beyond this are not told \[s].
@@ -19,6 +19,8 @@ const BEYOND: Real = 1e6;
 const NEGLIGIBLE: Real = 1e-4;
 /// Times below this are not told one by one \[s].
 const SHORT: Real = 0.05;
+/// Cells from which on a plate is tight wherever its faces lie.
+const TIGHT: Real = 3.0;
 
 /// Everything `check` tells, as text.
 #[must_use]
@@ -186,7 +188,14 @@ fn bodies(text: &mut String, case: &Case, report: &CheckReport) {
         let _ = match exchange.narrowest_cells {
             Some(cells) => {
                 let lost = if cells < RESOLVED { "; below two cells its drag is not resolved" } else { "" };
-                writeln!(text, "exchange      {}: the narrowest grain is {cells:.2} cells wide{lost}", exchange.scheme)
+                let has_plates =
+                    case.grains.iter().any(|population| matches!(population.shape, GrainShape::Box { .. }));
+                let leaks = if has_plates && cells < TIGHT { "; a plate leaks below three cells" } else { "" };
+                writeln!(
+                    text,
+                    "exchange      {}: the narrowest grain is {cells:.2} cells wide{lost}{leaks}",
+                    exchange.scheme
+                )
             }
             None => writeln!(text, "exchange      {}", exchange.scheme),
         };

@@ -164,9 +164,9 @@ pub(crate) struct RunState {
     /// Order of sums over the ranks, as [`Sums::word`]; absent in checkpoints of earlier versions.
     #[serde(default)]
     pub sums: Option<String>,
-    /// What else its last bits hang on; empty in checkpoints of earlier versions.
+    /// What its last bits hang on; absent in what checkpoints of earlier versions began.
     #[serde(default)]
-    pub history: History,
+    pub history: Option<History>,
 }
 
 /// How a run came about, of what its last bits hang on: threads and breaks are not part of it.
@@ -174,15 +174,23 @@ pub(crate) struct RunState {
 pub(crate) struct History {
     /// Numbers of ranks that worked on it, one after another.
     pub ranks: Vec<usize>,
-    /// Ends of its case that it had reached when it was given a later one \[s].
+    /// Orders of their sums, as [`Sums::word`].
+    pub sums: Vec<String>,
+    /// Programs that worked on it.
+    pub programs: Vec<String>,
+    /// Ends of its case that were put off \[s].
     pub ends: Vec<Real>,
 }
 
 impl History {
-    /// That of a run which goes on with so many ranks.
-    fn on(mut self, ranks: usize) -> Self {
-        self.ranks.push(ranks);
+    /// That of a run which goes on with such workers.
+    fn on(mut self, workers: &Workers, program: &Program) -> Self {
+        self.ranks.push(workers.ranks);
+        self.sums.push(workers.sums.clone());
+        self.programs.push(program.to_string());
         self.ranks.dedup();
+        self.sums.dedup();
+        self.programs.dedup();
         self
     }
 }
@@ -212,13 +220,17 @@ impl std::fmt::Display for Program {
 impl RunState {
     /// The beginning of a run's state: its case and the program that began it.
     pub fn of(job: &Job) -> Self {
+        let this = Program::this(job.options);
         let (case_hash, program, before) = match &job.resumed {
             Some(Resumed { run, .. }) => (run.case_hash.clone(), run.program.clone(), run.history.clone()),
-            None => (resolved::hash_text(job.case), Some(Program::this(job.options)), History::default()),
+            None => (resolved::hash_text(job.case), Some(this.clone()), Some(History::default())),
         };
         let endless_hash = Some(resolved::hash_of_any_length(job.case));
-        let (sums, history) = (Some(job.workers.sums.clone()), before.on(job.workers.ranks));
-        Self { case_hash, endless_hash, program, sums, history, ..Self::default() }
+        // A run at its end is shown again, and makes no step.
+        let stands =
+            job.resumed.as_ref().is_some_and(|state| state.run.flows() && state.run.time >= job.case.run.until);
+        let history = if stands { before } else { before.map(|history| history.on(&job.workers, &this)) };
+        Self { case_hash, endless_hash, program, sums: Some(job.workers.sums.clone()), history, ..Self::default() }
     }
 
     /// Whether `loaded` is the case of this run, or that case with another end.
@@ -228,15 +240,13 @@ impl RunState {
             || endless.is_some_and(|hash| resolved::has_hash_of_any_length(loaded, hash))
     }
 
-    /// The options of a command that goes on with the run, as the run was where they leave that open.
-    pub fn continued(&self, options: &RunOptions) -> RunOptions {
-        let before = if options.processes.is_none() { self.history.ranks.last() } else { None };
-        let ranks = if options.ranks == 0 { before.copied().unwrap_or_default() } else { options.ranks };
-        RunOptions { sums: options.sums.or(self.sums()), ranks, ..options.clone() }
+    /// Number of ranks that worked on it last, if the checkpoint knows it.
+    pub fn ranks(&self) -> Option<usize> {
+        self.history.as_ref()?.ranks.last().copied()
     }
 
     /// Order of sums over the ranks, if the checkpoint knows it.
-    fn sums(&self) -> Option<Sums> {
+    pub fn sums(&self) -> Option<Sums> {
         Sums::of_word(self.sums.as_ref()?)
     }
 
@@ -265,6 +275,8 @@ pub(crate) struct Job<'a> {
     pub shapes: Arc<[Shape]>,
     /// Beds of the populations that are read from a file.
     pub beds: Vec<Option<Bed>>,
+    /// Hashes of what the files hold that populations and liquids name, when they were read.
+    pub files: Vec<String>,
     /// Options beyond the case.
     pub options: &'a RunOptions,
     /// Folder of the results.

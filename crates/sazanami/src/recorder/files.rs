@@ -35,7 +35,7 @@ pub(crate) struct Fixed {
     pub case: String,
     pub commit: &'static str,
     pub case_hash: String,
-    pub history: History,
+    pub history: Option<History>,
     pub cpu: String,
     pub cores: usize,
     pub workers: Workers,

@@ -80,7 +80,9 @@ pub(crate) fn write(folder: &Path, fixed: &Fixed, present: &Present) -> Result<(
             "cpu": fixed.cpu, "cores": fixed.cores, "threads": fixed.workers.threads, "ranks": fixed.workers.ranks,
             "hosts": fixed.workers.hosts, "mpi": fixed.workers.mpi, "sums": fixed.workers.sums,
         },
-        "history": { "ranks": fixed.history.ranks, "ends_s": fixed.history.ends },
+        "history": fixed.history.as_ref().map(|history| json!({
+            "ranks": history.ranks, "sums": history.sums, "programs": history.programs, "ends_s": history.ends,
+        })),
         "time_s": present.time,
         "steps": present.steps,
         "fluid_passes": totals.fluid_passes,

@@ -1,17 +1,22 @@
 //! Faces of cells that several grains share: what each covers of them.
 
+use std::collections::BTreeMap;
+
+use sazanami_dem::{Grains, Motion};
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::{Domain, GhostRules};
+use sazanami_numerics::geometry::FLUSH_FRACTION;
 use sazanami_numerics::grid::{Field, GHOSTS};
 use sazanami_parallel::{Rows, for_each_chunk};
 
-use super::Imprint;
 use super::lists::{Lists, Sections};
+use super::{GROUP, Imprint};
 use crate::mobility::RowSet;
 
 impl Imprint {
-    /// Sums the wetted areas over the cell volume, and counts the grains in the cells.
-    pub(super) fn sum_areas(&mut self, domain: &Domain) {
+    /// Sums the wetted areas over the cell volume, and counts the grains in the cells. A free grain whose flat end lies on the cells of another shares
+    /// them, since it may leave; blocks that are held on one another are as one.
+    pub(super) fn sum_areas(&mut self, domain: &Domain, grains: &Grains) {
         let Self { groups, planes, area, grains_in, covered, has_area, .. } = self;
         let (lists, covered) = (Lists { groups, planes }, &*covered);
         let [plane, width] = [2, 1].map(|d| domain.strides()[d] as usize);
@@ -26,11 +31,12 @@ impl Imprint {
                 [&mut *area, &mut *count].into_iter().for_each(|values| values[row.clone()].fill(0.0));
             }
             has_area.data.copy_from_slice(&covered[k * n2..(k + 1) * n2]);
-            lists.for_each_share(k, |_, _, shares| {
+            lists.for_each_share(k, |n, _, shares| {
+                let least = if grains.motion[n] == Motion::Free { 0.0 } else { FLUSH_FRACTION };
                 for share in shares {
                     let at = share.at as usize - origin;
                     area[at] += Real::from(share.wetted);
-                    count[at] += 1.0;
+                    count[at] += if share.fraction > least { 1.0 } else { 0.0 };
                 }
             });
         });
@@ -84,6 +90,34 @@ impl Imprint {
             let motion = motion[n];
             move |sections: &Sections| [0, 1, 2].map(|d| carried(motion, sections, d))
         });
+    }
+
+    /// What the `grains` carry through the faces normal to `direction` below the cells of this `local` index, over the area of a face [m/s], by the
+    /// place in memory of the cell; faces that no grain covers are left out. Empty unless areas are asked for.
+    #[must_use]
+    pub fn carried_through(
+        &self,
+        domain: &Domain,
+        grains: &Grains,
+        direction: usize,
+        local: isize,
+    ) -> BTreeMap<usize, Real> {
+        let [_, width, plane] = domain.strides().map(|stride| stride as usize);
+        let index = |at: usize| [at % width, at % plane / width, at / plane][direction] as isize - GHOSTS as isize;
+        let mut sums = BTreeMap::new();
+        for n in self.order.iter().map(|&n| n as usize).filter(|_| self.with_areas) {
+            let group = &self.groups[n / GROUP];
+            let range = group.range(n % GROUP);
+            let (v, w) = (grains.velocity[n], grains.angular_velocity(n));
+            let motion = [v.x, v.y, v.z, w.x, w.y, w.z];
+            for (share, sections) in group.shares[range.clone()].iter().zip(&group.sections[range]) {
+                let at = share.at as usize;
+                if index(at) == local && sections[direction][0] != 0.0 {
+                    *sums.entry(at).or_insert(0.0) += carried(motion, sections, direction);
+                }
+            }
+        }
+        sums
     }
 
     /// Sums `of(grain)(sections)` over the grains in the cells of the `rows`, and fills the first ghost layer.

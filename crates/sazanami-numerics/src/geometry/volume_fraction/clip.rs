@@ -1,6 +1,6 @@
 //! The surface cut by the faces of the cells, integrated exactly.
 
-use super::{Block, FLUSH_AREA, Facet, Sums};
+use super::{Block, Facet, Sums};
 use crate::{Real, Vector};
 
 /// Most corners: a quadrilateral cut by six planes has ten. A power of two, so that places are bounded without a branch.
@@ -49,14 +49,11 @@ pub(super) fn accumulate_areas(
             continue;
         }
         let [a, b] = [(along + 1) % 3, (along + 2) % 3];
-        let (mut area, part_of) = ((outward * faces).length(), 0.5 / outward[along]);
+        let (area, part_of) = ((outward * faces).length(), 0.5 / outward[along]);
         let lies_in = |plane: Option<Real>| {
             plane.is_some_and(|plane| polygon.corners[..polygon.len].iter().all(|corner| corner[along] == plane))
         };
         let [below, above] = flush[along].map(lies_in);
-        if below || above {
-            area *= FLUSH_AREA;
-        }
         pieces(&polygon, &mut cuts, |mut index, piece| {
             index[along] -= usize::from(below);
             let [i, j, k] = index;

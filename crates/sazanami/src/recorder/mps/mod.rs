@@ -123,6 +123,8 @@ pub(crate) struct ParticleObserver {
     momentum: FluidMomentumBudget,
     departures: Departures,
     arrivals: Arrivals,
+    /// Least density of the grains' materials [kg/m^3].
+    lightest: Real,
 }
 
 impl ParticleObserver {
@@ -233,6 +235,7 @@ impl Observer for ParticleObserver {
             momentum: FluidMomentumBudget::default(),
             departures: Departures::default(),
             arrivals: Arrivals::default(),
+            lightest: job.case.materials.iter().map(|material| material.density).fold(Real::INFINITY, Real::min),
         }
     }
 
@@ -290,8 +293,9 @@ impl Observer for ParticleObserver {
 
     fn warnings(&self) -> Vec<Warning> {
         let change = self.volume_change();
-        // Grains that are fed in raise it.
-        let volume = change.filter(|change| change.abs() > 0.01 && self.arrivals.grains == 0).map(|change| Warning {
+        // Grains that are fed in raise it, by their volume if all of it is under water.
+        let most = 0.01 + self.arrivals.mass / (self.lightest * self.first_volume);
+        let volume = change.filter(|change| *change > most || *change < -0.01).map(|change| Warning {
             about: "volume",
             text: format!("the bulk volume of the water has changed by {:+.2} %", 1e2 * change),
         });

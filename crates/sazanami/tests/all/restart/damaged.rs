@@ -107,6 +107,36 @@ fn a_run_without_a_checkpoint_begins_again_from_its_case() {
 }
 
 #[test]
+fn a_run_that_has_ended_is_not_computed_again_for_want_of_a_checkpoint() {
+    let scratch = Scratch::new("restart-thinned");
+    let folder = scratch.join("run");
+    ran(SLIDING, &["run.until=0.1 ms"], &folder, On::threads(1));
+    std::fs::remove_dir_all(folder.join("checkpoints")).unwrap();
+    let before = std::fs::read(folder.join("summary.json")).unwrap();
+    let error = go_on(&folder, On::threads(1)).0.unwrap_err();
+    assert_eq!(error.exit_code(), exit::WRONG_INPUT);
+    assert!(error.to_string().contains("has finished, and no checkpoint of it"), "{error}");
+    assert_eq!(std::fs::read(folder.join("summary.json")).unwrap(), before);
+}
+
+#[test]
+fn a_run_goes_on_with_its_ranks_and_tells_of_others() {
+    let scratch = Scratch::new("restart-ranks");
+    let folder = scratch.join("run");
+    ran(SLIDING, &[], &folder, On::ranks(2, 1).steps(3));
+    let open = RunOptions { ranks: 0, ..On::threads(1).steps(3).options(None) };
+    let (outcome, said) = go_on_with(&folder, &open);
+    outcome.unwrap();
+    assert!(said.iter().any(|text| text.ends_with("on 2 ranks")), "{said:#?}");
+    let history = |folder: &Path| summary(folder)["history"]["ranks"].clone();
+    assert_eq!((&summary(&folder)["machine"]["ranks"], history(&folder)), (&2.into(), serde_json::json!([2])));
+    let whole = ran(SLIDING, &[], &scratch.join("whole"), On::ranks(2, 1).steps(6));
+    assert_eq!(Left::in_folder(&folder).hash(), whole.hash());
+    go_on(&folder, On::threads(1).steps(2)).0.unwrap();
+    assert_eq!(history(&folder), serde_json::json!([2, 1]));
+}
+
+#[test]
 fn a_wrong_command_leaves_a_run_as_it_is() {
     let scratch = Scratch::new("restart-wrong");
     let folder = scratch.join("run");

@@ -24,6 +24,7 @@ fn a_finished_run_goes_on_to_a_later_end() {
         let case_of = |folder: &Path| std::fs::read_to_string(folder.join("case.toml")).unwrap();
         assert_eq!(case_of(&folder), case_of(&whole));
         let longer = Left::in_folder(&folder);
+        assert_eq!(longer.summary["history"]["ends_s"], serde_json::json!([0.003]));
         assert_eq!(longer.summary["case_hash"], as_long.summary["case_hash"]);
         let times = longer.column("time");
         assert_eq!(times.last(), Some(&5e-3));
