@@ -323,7 +323,7 @@ impl Block {
                         self.areas.get(index).copied().unwrap_or_default();
                     index += 1;
                     let is_filled = v[0] > threshold;
-                    if !is_filled && !(is_flush && area > 0.0) {
+                    if !(is_filled || is_flush && area > 0.0) {
                         continue;
                     }
                     let cell = [self.first[0] + i, self.first[1] + j, self.first[2] + k];
