@@ -38,6 +38,35 @@ fn a_report_holds_all_it_shows_and_takes_no_text_for_markup() {
 }
 
 #[test]
+fn how_to_repeat_a_run_promises_no_more_than_holds() {
+    let folder = tempfile::tempdir().unwrap();
+    results(folder.path(), 8, 2, [4, 4, 4]);
+    let path = folder.path().join("summary.json");
+    let first: serde_json::Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
+    let page = |change: &dyn Fn(&mut serde_json::Value)| {
+        let mut summary = first.clone();
+        change(&mut summary);
+        fs::write(&path, summary.to_string()).unwrap();
+        fs::read_to_string(sazanami_report::of_run(folder.path()).unwrap()).unwrap()
+    };
+    let stopped = page(&|summary| {
+        summary["status"] = "stopped".into();
+        summary["steps"] = 3.into();
+    });
+    assert!(stopped.contains("--ranks 1 --steps 3") && stopped.contains("state hash abcdef"));
+    for (key, value, said) in [
+        ("ranks", serde_json::json!([2, 1]), "was on several numbers of ranks: 2, then 1"),
+        ("ends_s", serde_json::json!([0.004]), "was to end at 0.004 s before it was given a later end"),
+    ] {
+        let page = page(&|summary| summary["history"][key] = value.clone());
+        assert!(page.contains(said) && !page.contains("state hash abcdef"), "{key}");
+    }
+    // Of a run that an earlier version began nothing is known.
+    assert!(!page(&|summary| summary["history"] = serde_json::Value::Null).contains("state hash abcdef"));
+    assert!(page(&|_| ()).contains("state hash abcdef"));
+}
+
+#[test]
 fn a_run_without_liquid_tells_of_its_grains_alone() {
     let folder = tempfile::tempdir().unwrap();
     results(folder.path(), 8, 2, [4, 4, 4]);

@@ -64,6 +64,7 @@ pub fn results_with(folder: &Path, grains: usize, times: usize, cells: [usize; 3
         "conservation": { "liquid_volume_relative_change": 7e-13, "momentum_residual_relative": 0.25 },
         "momentum": { "residual": [0.0, 0.0, 1e-9] },
         "observables": { "erosion": { "volume_mm3": 68.75, "volume_uncertainty_mm3": 12.02, "depth_mm": 1.717 } },
+        "history": { "ranks": [1], "sums": ["ordered"], "programs": ["sazanami 0.2.0 (unknown commit)"], "ends_s": [] },
         "state_hash": "abcdef",
     });
     fs::write(folder.join("summary.json"), summary.to_string()).expect(WRITABLE);
