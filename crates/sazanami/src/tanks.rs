@@ -42,7 +42,7 @@ pub struct Maker<'a> {
     pub ranks: usize,
     /// Order of sums over them.
     pub sums: &'a str,
-    /// Hashes of what the files hold that populations and liquids name, when they were read: [`results::contents`].
+    /// Hashes of what the files hold that populations and liquids name, when they were read.
     pub files: &'a [String],
 }
 
