@@ -1,4 +1,4 @@
-//! Errors of the library as exceptions of the package, defined in `sazanami/errors.py`.
+//! Errors of the library as exceptions of the package, defined in `sazanami/_errors.py`.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -356,6 +356,12 @@ impl Case {
         self.gravity - self.frame.as_ref().map_or(Vector::ZERO, |frame| frame.acceleration)
     }
 
+    /// Gravity under which a bed is packed, straight down x3: that part of gravity in the frame of the tank [m/s^2].
+    #[must_use]
+    pub fn packing_gravity(&self) -> Real {
+        -self.resting_gravity().z
+    }
+
     /// What of the body force by mass never changes once the run has begun [m/s^2]: gravity less the constant acceleration of the frame, and the
     /// constant force that drives the flow. What swings is not part of it, nor what holds a mean velocity.
     #[must_use]

@@ -3,6 +3,7 @@
 use sazanami_dem::Motion;
 use sazanami_mics::advection::Convection;
 use sazanami_mics::grains::Exchange;
+use sazanami_mics::viscosity::ViscosityScheme;
 use sazanami_numerics::{Real, Vector};
 
 use crate::bridges;
@@ -16,7 +17,8 @@ use crate::presets::Solver;
 use crate::read::Context;
 use crate::surface_tension;
 use crate::tables::{
-    BoundarySide, GrainPlacement, OutputFrame, Population, PressureForm, ProbePlace, RunEnd, TankMotion, place_of_side,
+    BoundarySide, Follows, GrainPlacement, OutputFrame, Population, PressureForm, ProbePlace, RunEnd, TankMotion,
+    place_of_side,
 };
 use crate::units::rounded;
 
@@ -41,12 +43,13 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     check_gauges(case, cx);
     check_beds(case, cx);
     plausible::check(case, cx);
-    check_velocity_fields(case, cx);
+    check_keys_of_the_grid(case, cx);
     check_rest(case, cx);
     check_carrying_flow(case, cx);
     check_written_frame(case, cx);
     check_room(case, cx);
     check_floor(case, cx);
+    check_packing(case, cx);
     check_feeds(case, cx);
     surface_tension::check(case, cx);
     entry_pressure::check(case, cx);
@@ -165,16 +168,30 @@ fn check_rest(case: &Case, cx: &mut Context<'_>) {
 /// Longest time between rows of the series of a run until rest \[s]: eight in 10 ms.
 const SLOWEST_ROWS: Real = 1.25e-3;
 
-/// Moving particles are carried by no given flow.
-fn check_velocity_fields(case: &Case, cx: &mut Context<'_>) {
-    if case.fluid.carrying_flow.is_some() && case.solver == Solver::Mps {
-        cx.report
-            .warning(
-                cx.places.near("fluid.carrying_flow"),
-                "`fluid.carrying_flow` does nothing with `solver = \"mps\"`",
-            )
-            .label("moving particles are carried by their own velocity alone")
-            .help("give `fluid.initial_velocity`, or leave this out");
+/// Keys of the fluid on the grid do nothing to moving particles; those that stand beside their counterparts are for cases of both solvers, and
+/// for copies of cases.
+fn check_keys_of_the_grid(case: &Case, cx: &mut Context<'_>) {
+    if case.solver != Solver::Mps {
+        return;
+    }
+    let counterparts =
+        [("dt", "dt"), ("dt_max", "dt_max"), ("cfl", "courant"), ("tol_div", "tolerance")].map(|(key, counterpart)| {
+            let counterpart = format!("particles.{counterpart}");
+            (key, cx.places.of(&counterpart).is_none(), format!("the key is `{counterpart}`"))
+        });
+    let without_friction = case.fluid.viscosity == ViscosityScheme::Off;
+    let carried = case.fluid.carrying_flow.is_some();
+    let others = [
+        ("viscosity", without_friction, "write `fluid.liquid.kinematic_viscosity = \"0 m^2/s\"`".to_owned()),
+        ("carrying_flow", carried, "give `fluid.initial_velocity`, or leave this out".to_owned()),
+    ];
+    for (key, is_meant, help) in counterparts.into_iter().chain(others) {
+        if let Some(span) = cx.places.of(&format!("fluid.{key}")).filter(|_| is_meant) {
+            cx.report
+                .warning(Some(span), format!("`fluid.{key}` does nothing with `solver = \"mps\"`"))
+                .label("it is for the fluid on a grid")
+                .help(help);
+        }
     }
 }
 
@@ -186,6 +203,12 @@ fn check_written_frame(case: &Case, cx: &mut Context<'_>) {
             .error_at(cx.places.near("output.frame"), "the position of the box in the laboratory is not known")
             .label("an acceleration determines neither initial position nor initial velocity")
             .help("write the motion as `frame.motion`, or leave out `output.frame`");
+    }
+    if frame.follows != Follows::Nothing {
+        cx.report
+            .error_at(cx.places.near("output.frame"), "a box that follows is written as it is")
+            .label("positions and velocities are those against the box, whose own the series has")
+            .help("leave out `output.frame`");
     }
 }
 
@@ -322,5 +345,56 @@ fn check_floor(case: &Case, cx: &mut Context<'_>) {
 
 /// Whether grains are packed where gravity does not press them onto the floor.
 fn packs_across(case: &Case) -> bool {
-    case.packs() && -case.gravity.z <= case.gravity.x.hypot(case.gravity.y)
+    let gravity = case.gravity;
+    case.packs() && (-gravity.z <= gravity.x.hypot(gravity.y) || case.packing_gravity() <= 0.0)
 }
+
+/// Gravity along the floor [m/s^2].
+fn across(case: &Case) -> Real {
+    let gravity = case.resting_gravity();
+    gravity.x.hypot(gravity.y)
+}
+
+/// Warns of beds that are packed straight down where gravity slants, and of keys of the packing of all that a later population gives.
+fn check_packing(case: &Case, cx: &mut Context<'_>) {
+    // Levelled beds, and those of tanks, come to rest under gravity as it is.
+    let rests = case.levels() || case.solver == Solver::Mps && case.preparation.settle > 0.0;
+    if case.packs() && !packs_across(case) && !rests && across(case) > STRAIGHT * case.packing_gravity() {
+        let slope = (across(case) / case.packing_gravity()).atan().to_degrees();
+        cx.report
+            .warning(cx.places.near("gravity"), "the bed is packed straight down, and gravity slants")
+            .label(format!("by {} degrees against x3, from the start of the run on", rounded(slope)))
+            .help("give `placement.packed.level`: the levelled bed comes to rest under gravity as it is");
+    }
+    let packed = case.grains.iter().enumerate().filter_map(|(n, population)| match &population.placement {
+        GrainPlacement::Packed(how) => Some((n, &population.name, how)),
+        _ => None,
+    });
+    let mut packed = packed;
+    let Some((_, first, all)) = packed.next() else { return };
+    for (n, name, how) in packed {
+        let differs = [
+            ("lattice", how.lattice != all.lattice),
+            ("spacing", how.spacing != all.spacing),
+            ("jitter", how.jitter != all.jitter),
+            ("fall_gravity", how.fall_gravity != all.fall_gravity),
+            ("settle_time", how.settle_time != all.settle_time),
+            ("stop", how.stop != all.stop),
+            ("mean_speed", how.mean_speed != all.mean_speed),
+            ("energy_ratio", how.energy_ratio != all.energy_ratio),
+            ("friction_scale", how.friction_scale != all.friction_scale),
+            ("time_limit", how.time_limit != all.time_limit),
+        ];
+        for (key, _) in differs.into_iter().filter(|(_, differs)| *differs) {
+            if let Some(span) = cx.places.of(&format!("grains.{n}.placement.packed.{key}")) {
+                cx.report
+                    .warning(Some(span), format!("`{key}` of `{name}` does nothing"))
+                    .label(format!("all populations are packed together, as `{first}` says"))
+                    .help(format!("give it to `{first}`"));
+            }
+        }
+    }
+}
+
+/// Slope up to which gravity points straight down.
+const STRAIGHT: Real = 1e-6;

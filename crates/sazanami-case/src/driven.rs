@@ -8,7 +8,7 @@ use crate::case::Case;
 use crate::presets::Solver;
 use crate::read::Context;
 use crate::tables::{
-    BoundarySide, Drive, FluidName, GrainPlacement, LONGEST_STEP, Population, SIDE_NAMES, place_of_side,
+    ANSWER, BoundarySide, Drive, FluidName, GrainPlacement, LONGEST_STEP, Population, SIDE_NAMES, place_of_side,
 };
 use crate::units::rounded;
 
@@ -37,6 +37,12 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
             .help(format!("write `boundary.x{} = \"periodic\"`, or a velocity of 0 along x{}", d + 1, d + 1));
     }
     if case.mean_flow().is_some_and(|flow| flow.net) && case.solver == Solver::Mics {
+        if let Some(span) = cx.places.of("drive.answer").filter(|_| drive.answer != ANSWER) {
+            cx.report
+                .warning(Some(span), "`answer` does nothing to a net flow on the grid")
+                .label("the gradient of the pressure of each step holds it")
+                .help("leave it out; `ramp` is the time in which the flow rises");
+        }
         return;
     }
     check_mean(case, drive.above, cx);

@@ -61,6 +61,7 @@ const REMOVED: &[(&str, Option<&str>, &str)] = &[
     ("fluid.limiter", None, "velocities on faces are of third order, without a limiter; leave the key out"),
     ("fluid.projection", None, "the key is `pressure_form`, with the same words"),
     ("fluid.vof", None, "liquid is carried by a plane in every cell, `plic` before; leave the key out"),
+    ("grains.placement.packed.height", None, "the lattice is as high as its grains need; leave the key out"),
     ("overlap.density_reference", None, "phi is 1 for touching spheres on a simple cubic lattice; leave the key out"),
     ("overlap.exchange", None, "the key is `drag_integration`, with `explicit` for `lagged`"),
     ("overlap.pressure_force", None, "grains feel the pressure of the same step; leave the key out"),

@@ -396,3 +396,35 @@ fn a_misspelt_table_keeps_the_rest_of_a_key() {
         assert_eq!(found, meant);
     }
 }
+
+#[test]
+fn keys_that_would_do_nothing_are_refused() {
+    // Two tables for one pair, and none for walls.
+    let twice = "contact={ \"sand/wall\" = { restitution = 0.5 }, \"wall/sand\" = { restitution = 0.9 } }";
+    refused(twice, "is given twice");
+    refused("contact={ \"wall/wall\" = { restitution = 0.5 } }", "walls do not touch walls");
+    assert!(
+        findings(&["contact={ \"sand/sand\" = { restitution = 0.5 }, \"wall/sand\" = { restitution = 0.9 } }"])
+            .is_empty()
+    );
+    // A grain that is held has no velocity.
+    let grain = |motion: &str, moves: &str| {
+        format!(
+            "grains.0.placement={{ list = [{{ position = [\"4 mm\", \"4 mm\", \"4 mm\"], motion = \"{motion}\", {moves} }}] }}"
+        )
+    };
+    for moves in
+        ["velocity = [\"0 m/s\", \"1 m/s\", \"0 m/s\"]", "angular_velocity = [\"0 rad/s\", \"1 rad/s\", \"0 rad/s\"]"]
+    {
+        let found = findings_of(TANK, &[&grain("fixed", moves)]);
+        assert!(found.len() == 1 && found[0].contains("this grain is held, and has a velocity"), "{found:#?}");
+        assert!(findings_of(TANK, &[&grain("prescribed", moves)]).is_empty());
+    }
+    // A motion by a formula has the direction of its amplitude.
+    let motion = |more: &str| {
+        format!("frame.motion={{ amplitude = [\"1 mm\", \"0 mm\", \"0 mm\"], frequency = \"2 Hz\"{more} }}")
+    };
+    let found = findings_of(TANK, &[&motion(", axis = \"x2\"")]);
+    assert!(found.iter().any(|text| text.contains("a motion by a formula has no `axis`")), "{found:#?}");
+    assert!(!findings_of(TANK, &[&motion("")]).iter().any(|text| text.contains("has no `axis`")));
+}

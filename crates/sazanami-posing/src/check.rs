@@ -110,7 +110,16 @@ pub fn check(case: &Case, known: Known, machine: &Machine, threads: usize, model
     let filled =
         case.grains.iter().zip(&populations).map(|(of, report)| in_flow(report) as Real * of_grain(of, report));
     let filled_cells = filled.sum();
-    let size = Size { cells, liquid_cells, grains, filled_cells, spheres: contact_spheres, face_spheres };
+    let surfaces = populations.iter().map(|report| in_flow(report) * report.surface_corners.unwrap_or(0));
+    let size = Size {
+        cells,
+        liquid_cells,
+        grains,
+        filled_cells,
+        spheres: contact_spheres,
+        face_spheres,
+        surface_corners: surfaces.sum(),
+    };
     let packing = cost::packing_substeps(case, &populations, model);
     let substep_cause = substep_cause(case, &populations);
     let pictures = pictures::time(case, &populations, [pace.steps, pace.mean], model);
@@ -173,6 +182,8 @@ struct Size {
     spheres: usize,
     /// Contact spheres on a flat face of each body that forces move.
     face_spheres: Real,
+    /// Corners of the surfaces of all grains.
+    surface_corners: usize,
 }
 
 /// Simulated time that packing the bed of a case takes \[s]; `None` if it packs none.

@@ -244,6 +244,7 @@ fn facts_of(shape: &Shape, bed: Option<&Bed>) -> ShapeFacts {
         grains: bed.map(|bed| bed.grains.len()),
         bed_volume: bed.map(|bed| report.volume * bed.grains.iter().map(|grain| grain.scale.powi(3)).sum::<Real>()),
         body: Some(Body::from(shape)),
+        corners: Some(shape.surface().nodes.len()),
         lines,
     }
 }
@@ -277,6 +278,7 @@ impl Search<'_> {
         self.thin();
         self.narrow();
         self.prepared(&lying, facts);
+        self.set_in_motion(&lying);
     }
 
     /// Place of a population in the file.

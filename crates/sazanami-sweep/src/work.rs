@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use sazanami::case;
 use sazanami::case::resolved;
+use sazanami::check::bytes;
 use sazanami::error::CommandError;
 use sazanami::machine;
 use sazanami::progress::Progress;
@@ -153,9 +154,9 @@ impl Sweep {
         let Some(free) = machine::free_disk(&self.folder).filter(|&free| needed > free as f64) else { return Ok(()) };
         Err(CommandError::input(
             format!(
-                "the results of {count} runs do not fit onto the disk: about {:.1} GB, of which {:.1} GB are free",
-                needed / 1e9,
-                free as f64 / 1e9
+                "the results of {count} runs do not fit onto the disk: about {}, of which {} are free",
+                bytes(needed),
+                bytes(free as f64)
             ),
             "write fewer fields, grains and checkpoints (`[set]` of the plan), take fewer runs, or choose another disk with --out",
         ))

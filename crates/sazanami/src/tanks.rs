@@ -8,7 +8,9 @@ use sazanami_numerics::snapshot::Snapshot;
 use sazanami_parallel::Sums;
 use serde::{Deserialize, Serialize};
 
-use crate::case::meaning::{Bed, Case, Checkpoints, GrainArrays, GrainForm, OutputFrame, Outputs, RunLength, Schedule};
+use crate::case::meaning::{
+    Bed, Case, Checkpoints, GrainArrays, GrainForm, LiquidRegion, OutputFrame, Outputs, Placement, RunLength, Schedule,
+};
 use crate::case::resolved::{self, Paths};
 use crate::case::{CaseError, Diagnostics, LoadedCase};
 use crate::job::{Job, RecordError, RunOptions, Workers};
@@ -79,15 +81,17 @@ fn tank_of(case: &Case) -> String {
     let nothing = Schedule::default;
     let (lower, upper) = (case.domain.lower, case.domain.upper);
     let middle = 0.5 * (lower + upper);
+    // Liquids above the bed are put by its height.
+    let by_bed = |liquid: &LiquidRegion| matches!(liquid.placement, Placement::AboveBed { .. });
+    let (height_radius, axis) = if case.liquids.iter().any(by_bed) {
+        (case.bed.height_radius, case.bed.axis)
+    } else {
+        ((upper - lower).max_element(), [middle.x, middle.y])
+    };
     let mut tank = Case {
         name: "tank".to_owned(),
         title: String::new(),
-        bed: Bed {
-            porosity_lower: lower.z,
-            porosity_upper: upper.z,
-            height_radius: (upper - lower).max_element(),
-            axis: [middle.x, middle.y],
-        },
+        bed: Bed { porosity_lower: lower.z, porosity_upper: upper.z, height_radius, axis },
         erosion: None,
         ripples: None,
         probes: Vec::new(),
@@ -173,6 +177,13 @@ fn find(
     let preparation = &case.preparation;
     if let Some(path) = &preparation.state {
         let span = loaded.places.at("preparation");
+        if case.output.bed.is_some() && case.packs() {
+            report
+                .error(loaded.places.at("output.bed"), "there is no bed to write")
+                .label("the tank of `preparation.state` is taken as it is, and nothing is packed")
+                .help("leave out `output.bed` or `preparation.state`");
+            return None;
+        }
         let (recipe, snapshot) = match read(path) {
             Ok(found) => found,
             Err(problem) => {
@@ -203,7 +214,8 @@ fn find(
         say(format!("tank prepared before, from {}", path.display()));
         return Some(snapshot);
     }
-    if !preparation.cache || !preparation.is_needed() {
+    // A kept tank has no bed as it was packed, which the case asks for.
+    if !preparation.cache || !preparation.is_needed() || case.output.bed.is_some() {
         return None;
     }
     let path = maker.kept_at(case).filter(|path| path.is_file())?;
@@ -311,6 +323,28 @@ mod tests {
         let two = Maker { ranks: 2, ..one };
         let on_two = of("x1_m,x2_m,x3_m\n0.005,0.005,0.001\n", two);
         assert!(kept != on_two && on_two != of("x1_m,x2_m,x3_m\n0.005,0.005,0.001\n", Maker { sums: "tree", ..two }));
+    }
+
+    #[test]
+    fn tanks_whose_water_is_put_by_the_height_of_the_bed_depend_on_how_it_is_measured() {
+        let folder = tempfile::tempdir().unwrap();
+        let tank = |liquid: &str, bed: &str| {
+            let text = format!(
+                "solver = \"mps\"\ndomain.size = [\"20 mm\", \"16 mm\", \"24 mm\"]\nparticles.spacing = \"2 mm\"\n\
+                 material.s.density = \"2650 kg/m^3\"\ncontact.default.restitution = 0.3\nrun.until = \"20 ms\"\n{bed}\n\
+                 [[grains]]\nshape.sphere.diameter = \"2 mm\"\nplacement.packed = {{ level = \"6 mm\" }}\n[[liquid]]\n{liquid}\n"
+            );
+            let path = folder.path().join("tank.toml");
+            std::fs::write(&path, text).unwrap();
+            tank_of(&crate::case::load(&path, &[]).unwrap_or_else(|error| panic!("{error}")).case)
+        };
+        let above = "region.half_space.point = [\"0 mm\", \"0 mm\", \"0 mm\"]\nabove_bed = \"3 mm\"";
+        let fixed = "region.half_space.point = [\"0 mm\", \"0 mm\", \"10 mm\"]";
+        for bed in ["bed.height_radius = \"3 mm\"", "bed.axis = [\"3 mm\", \"4 mm\"]"] {
+            assert_ne!(tank(above, bed), tank(above, ""), "{bed}");
+            // Negative control: others do not.
+            assert_eq!(tank(fixed, bed), tank(fixed, ""), "{bed}");
+        }
     }
 
     #[test]

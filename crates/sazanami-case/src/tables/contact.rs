@@ -118,7 +118,14 @@ impl Keys for Contacts {
         let named = cx.named(at);
         let mut given = Vec::new();
         for (name, span, at) in named {
-            check_name(&name, span, cx);
+            check_name(&name, span.clone(), cx);
+            let turned = name.split_once('/').map(|(a, b)| format!("{b}/{a}"));
+            if given.iter().any(|(known, _)| Some(known) == turned.as_ref()) {
+                cx.report
+                    .error(span, format!("`{name}` is given twice"))
+                    .label(format!("as `{}` too", turned.unwrap_or_default()))
+                    .help("put the keys of both into one table");
+            }
             if let Some(keys) = ContactKeys::read(&at, cx) {
                 given.push((name, keys));
             }
@@ -157,6 +164,13 @@ fn check_name(pair: &str, span: Range<usize>, cx: &mut Context<'_>) {
             .help("for example `[contact.\"sand/sand\"]` or `[contact.\"sand/wall\"]`");
         return;
     };
+    if [a, b] == [WALL; 2] {
+        cx.report
+            .error(span, "walls do not touch walls")
+            .label("a pair of materials, or a material and the walls")
+            .help("for example `[contact.\"sand/wall\"]`");
+        return;
+    }
     for side in [a, b] {
         let known: Vec<&str> = cx.known.materials.iter().map(|material| material.name.as_str()).collect();
         if side != WALL && !known.contains(&side) {

@@ -8,7 +8,7 @@ use super::Oscillation;
 use crate::read::{Context, Table};
 
 /// Time in which the force answers to the mean velocity \[s].
-const ANSWER: Real = 0.05;
+pub(crate) const ANSWER: Real = 0.05;
 /// Longest step over the time of the answer; the force swings from one on.
 pub(crate) const LONGEST_STEP: Real = 0.25;
 /// Rise of the flow, in times of the answer.

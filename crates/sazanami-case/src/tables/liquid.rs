@@ -12,6 +12,9 @@ use crate::amounts::length;
 use crate::presets::Solver;
 use crate::read::{Context, Table};
 
+/// Part of an edge of the box by which regions reach over it by rounding.
+const ROUNDED: Real = 1e-9;
+
 /// A fall.
 #[derive(Clone, Copy, Debug, Keys)]
 struct Fall {
@@ -279,9 +282,15 @@ impl LiquidRegion {
         // A middle on a side is meant: half of the shape beside a plane of symmetry.
         let middle = 0.5 * (lower + upper);
         let reaches_over = (0..3).filter(|&d| !goes_on[d]).any(|d| {
-            let is_apart = |side: Vector| (middle[d] - side[d]).abs() > 1e-9 * domain.extent()[d];
-            lower[d] < domain.lower[d] && is_apart(domain.lower) || upper[d] > domain.upper[d] && is_apart(domain.upper)
+            let is_apart = |side: Vector| (middle[d] - side[d]).abs() > ROUNDED * domain.extent()[d];
+            let over = ROUNDED * domain.extent()[d];
+            lower[d] < domain.lower[d] - over && is_apart(domain.lower)
+                || upper[d] > domain.upper[d] + over && is_apart(domain.upper)
         });
+        let has_ends = matches!(
+            self.region,
+            Region::Box { .. } | Region::Sphere { .. } | Region::Spheroid { .. } | Region::Union(_)
+        );
         if misses {
             cx.report
                 .error(table.place("region"), format!("`{}` lies outside the box", self.name))
@@ -292,10 +301,10 @@ impl LiquidRegion {
                 .error(table.place("region"), format!("`{}`, from a file, does not fit into the box", self.name))
                 .label(domain.reaches())
                 .help("move it, or give the box room for it; it is not continued through periodic sides");
-        } else if reaches_over && matches!(self.region, Region::Sphere { .. } | Region::Spheroid { .. }) {
+        } else if reaches_over && has_ends {
             cx.report
                 .warning(Some(table.place("region")), format!("`{}` reaches over the edge of the box", self.name))
-                .label("what is outside is cut off");
+                .label(format!("what is outside is cut off: {}", domain.reaches()));
         }
     }
 }

@@ -63,6 +63,14 @@ impl MotionKeys {
                 .help("give `amplitude = [\"-10 mm\", \"0 mm\", \"0 mm\"]` and `frequency = \"2 Hz\"`, or `file`");
             return;
         }
+        let strangers: &[&str] = if formula { &["axis"] } else { &["ramp", "phase"] };
+        for key in strangers.iter().filter(|key| table.has(key)) {
+            let (of, help) = match formula {
+                true => ("a motion by a formula", "`amplitude` has the direction of the motion"),
+                false => ("a motion from a file", "the file has the motion as it is: begin it at rest"),
+            };
+            cx.report.error(table.place(key), format!("{of} has no `{key}`")).label("it would do nothing").help(help);
+        }
         if formula {
             if self.frequency.is_none() {
                 cx.missing(Some(table.span()), "frequency", "add `frequency = \"2 Hz\"`");

@@ -52,9 +52,6 @@ pub struct Packing {
     /// are packed, so that the floor is rough.
     #[key(unit = "m", range = Positive)]
     pub glued: Option<Real>,
-    /// Height of the packing space; it may be higher than the box.
-    #[key(unit = "m", range = Positive, says = "by the lattice")]
-    pub height: Option<Real>,
     /// Gravity during the fall over gravity; grains of sizes more than a factor of two apart sink slowly under gravity itself.
     #[key(range = Positive, default = PACKING.fall_factor)]
     pub fall_gravity: Real,
@@ -321,6 +318,13 @@ impl Grain {
                 .error(table.place("position"), "this grain lies outside the box")
                 .label(reaches)
                 .help("move the grain, or enlarge the box");
+        }
+        if self.motion == Motion::Fixed && [self.velocity, self.angular_velocity] != [Vector::ZERO; 2] {
+            let key = if self.velocity == Vector::ZERO { "angular_velocity" } else { "velocity" };
+            cx.report
+                .error(table.place(key), "this grain is held, and has a velocity")
+                .label("`motion = \"fixed\"` holds it in place")
+                .help("write `motion = \"prescribed\"` for a grain that keeps its velocity");
         }
     }
 }

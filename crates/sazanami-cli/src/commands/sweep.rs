@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use sazanami::analyse::analyse;
 use sazanami::case::amounts::estimate;
+use sazanami::check::bytes;
 use sazanami::error::{CommandError, exit};
 use sazanami::machine::Machine;
 use sazanami::progress::Progress as _;
@@ -110,22 +111,22 @@ fn list(sweep: &sazanami_sweep::Sweep, side_by_side: SideBySide) {
     let states = sweep.states();
     for (run, found) in sweep.runs().iter().zip(&states) {
         outln!(
-            "{:<10}  {}  ({:.0} MB memory, {:.2} GB disk, {})",
+            "{:<10}  {}  ({} memory, {} disk, {})",
             found.state.word(),
             run.name,
-            run.needs.memory / 1e6,
-            run.needs.disk / 1e9,
+            bytes(run.needs.memory),
+            bytes(run.needs.disk),
             times(run.needs.wall)
         );
     }
     let SideBySide { runs, threads } = side_by_side;
     let walls = |n: usize| sweep.runs().iter().map(|run| run.needs.wall[n]).sum::<f64>() / runs as f64;
     outln!(
-        "{} runs, {runs} at a time on {threads} thread{} each: about {} in all, {:.2} GB on disk",
+        "{} runs, {runs} at a time on {threads} thread{} each: about {} in all, {} on disk",
         sweep.runs().len(),
         if threads == 1 { "" } else { "s" },
         times([walls(0), walls(1)]),
-        sweep.runs().iter().map(|run| run.needs.disk).sum::<f64>() / 1e9
+        bytes(sweep.runs().iter().map(|run| run.needs.disk).sum())
     );
 }
 

@@ -208,4 +208,8 @@ fn targets_out_of_reach_and_unknown_are_told() {
     let output = calibrate(folder.path());
     assert_eq!(output.status.code(), Some(2), "{}", said(&output));
     assert!(said(&output).contains("no finding `time_m`") && said(&output).contains("did you mean `time_s`?"));
+    // By the first run, before any other.
+    let begun = std::fs::read_dir(folder.path().join("runs/plan")).unwrap().flatten();
+    let runs = begun.filter(|entry| entry.path().join("summary.json").exists()).count();
+    assert_eq!(runs, 1, "{}", said(&output));
 }

@@ -30,8 +30,6 @@ pub struct ContactReport {
     pub largest_overlap_ids: [u64; 2],
     /// Largest speed of a centre of mass at the end [m/s].
     pub largest_speed: Real,
-    /// Kinetic energy at the end, rotation included \[J].
-    pub kinetic_energy: Real,
     /// Energy that contacts gave the grains during the call; negative: they took it; `None`: not booked \[J].
     pub contact_work: Option<Real>,
     /// Momentum given to the walls during the call [N s].
@@ -57,10 +55,6 @@ impl Engine {
         [deep, ruptures]: [usize; 2],
     ) {
         let grains = &self.grains;
-        let chunks = grains.owned.div_ceil(ROWS);
-        let of_chunk =
-            |c: usize| (c * ROWS..((c + 1) * ROWS).min(grains.owned)).map(|g| grains.kinetic_energy(g)).sum();
-        let [energy] = sum_over(chunks, |c| [of_chunk(c)]);
         let speed = max_over(grains.owned, |g| grains.velocity[g].length_squared()).max(0.0).sqrt();
         // Of those that this rank owned during the call.
         let held = &self.book.held;
@@ -72,7 +66,6 @@ impl Engine {
             last.pairs as Real,
             last.contacts as Real,
             deep as Real,
-            energy,
             impulse.x,
             impulse.y,
             impulse.z,
@@ -86,12 +79,11 @@ impl Engine {
         report.pairs = sums[0] as usize;
         report.contacts = sums[1] as usize;
         report.deep_contacts = sums[2] as usize;
-        report.kinetic_energy = sums[3];
-        report.impulse_on_walls = Vector::new(sums[4], sums[5], sums[6]);
-        report.bridges = sums[7] as usize;
-        report.ruptures = sums[8] as usize;
-        report.bridge_volume = sums[9];
-        report.impulse_on_held = Vector::new(sums[10], sums[11], sums[12]);
+        report.impulse_on_walls = Vector::new(sums[3], sums[4], sums[5]);
+        report.bridges = sums[6] as usize;
+        report.ruptures = sums[7] as usize;
+        report.bridge_volume = sums[8];
+        report.impulse_on_held = Vector::new(sums[9], sums[10], sums[11]);
         report.largest_speed = domain.max(speed);
         report.largest_overlap = domain.max(deepest.deepest);
         // The lowest rank that saw the largest overlap names the grains, in halves that are exact in a real.

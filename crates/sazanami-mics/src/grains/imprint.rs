@@ -83,8 +83,6 @@ impl Pose {
 pub struct ImprintReport {
     /// Grains whose cell lists were evaluated anew.
     pub evaluated: usize,
-    /// Largest relative error of a grain's sampled volume before correction.
-    pub worst_volume_error: Real,
     /// Solid volume in excess of one in cells whose solid fractions sum to more [m^3].
     pub overfull_volume: Real,
     /// Volume of grains outside the box, where they overlap walls in contact [m^3].
@@ -108,7 +106,6 @@ struct Group {
     volumes: Vec<Real>,
     outside: Vec<Real>,
     evaluated: usize,
-    worst_volume_error: Real,
 }
 
 /// Arguments common to all groups.
@@ -144,7 +141,6 @@ impl Group {
             volumes: Vec::new(),
             outside: Vec::new(),
             evaluated: 0,
-            worst_volume_error: 0.0,
         }
     }
 
@@ -165,7 +161,6 @@ impl Group {
         };
         let moved = |group: &Self, member: usize| !known || group.poses[member] != pose_of(members.start + member);
         self.evaluated = 0;
-        self.worst_volume_error = 0.0;
         if (0..members.len()).all(|member| !moved(self, member)) {
             return;
         }
@@ -233,16 +228,8 @@ impl Group {
         let shape = &shapes[grains.shape[n] as usize];
         let pose = self.poses[member];
         self.covers.clear();
-        let imprint = self.rasteriser.imprint_scaled(
-            shape,
-            grains.scale[n],
-            pose.position,
-            pose.orientation,
-            grid,
-            &mut self.covers,
-        );
+        self.rasteriser.imprint_scaled(shape, grains.scale[n], pose.position, pose.orientation, grid, &mut self.covers);
         self.evaluated += 1;
-        self.worst_volume_error = self.worst_volume_error.max(imprint.raw_volume_error.abs());
         self.volumes[member] = shape.volume() * grains.scale[n].powi(3);
         self.outside[member] = 0.0;
         let strides = domain.strides();
@@ -445,13 +432,11 @@ impl Imprint {
     /// Diagnostics over all ranks; each grain counts on the rank that owns it.
     fn report(&self, domain: &Domain, owned: usize) -> ImprintReport {
         let evaluated: usize = self.groups.iter().map(|group| group.evaluated).sum();
-        let worst = self.groups.iter().map(|group| group.worst_volume_error).fold(0.0, Real::max);
         let excess: Real = self.overfull.iter().sum();
         let outside: Real = self.groups.iter().flat_map(|group| &group.outside).take(owned).sum();
         let [evaluated, excess, outside] = domain.sum([evaluated as Real, excess, outside]);
         ImprintReport {
             evaluated: evaluated as usize,
-            worst_volume_error: domain.max(worst),
             overfull_volume: excess * domain.grid().cell_volume(),
             outside_volume: outside,
         }

@@ -3,7 +3,7 @@
 use sazanami_numerics::{Real, Vector};
 
 /// Report of the coupling in a step, over all ranks.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CouplingReport {
     /// Fluid particles whose void fraction was raised to the lower bound.
     pub limited_voids: usize,
@@ -23,6 +23,23 @@ pub struct CouplingReport {
     pub pressure_on_grains: Vector,
     /// Wet grains with too few fluid particles around them for a vorticity: they feel no lift.
     pub without_vorticity: usize,
+}
+
+impl Default for CouplingReport {
+    /// Of clear fluid.
+    fn default() -> Self {
+        Self {
+            limited_voids: 0,
+            least_void: 1.0,
+            drag_on_grains: Vector::ZERO,
+            lift_on_grains: Vector::ZERO,
+            added_mass_on_grains: Vector::ZERO,
+            added_mass_returned: Vector::ZERO,
+            drag_on_fluid: Vector::ZERO,
+            pressure_on_grains: Vector::ZERO,
+            without_vorticity: 0,
+        }
+    }
 }
 
 /// Void fractions of the fluid particles of all ranks.

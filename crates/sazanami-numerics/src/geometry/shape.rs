@@ -67,8 +67,6 @@ pub enum ShapeError {
 /// Figures of a shape that `check` reports.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShapeReport {
-    /// Name of the shape.
-    pub name: String,
     /// Number of nodes.
     pub nodes: usize,
     /// Number of tetrahedra.
@@ -79,8 +77,6 @@ pub struct ShapeReport {
     pub volume_error: Option<Real>,
     /// Largest relative deviation of a principal moment per unit density from the exact one, where there is one.
     pub inertia_error: Option<Real>,
-    /// Principal moments per unit density [m^5].
-    pub principal_inertia: Vector,
     /// Shape of the tetrahedra.
     pub quality: MeshQuality,
     /// Number of contact spheres.
@@ -89,10 +85,6 @@ pub struct ShapeReport {
     pub sphere_radii: [Real; 2],
     /// Largest distance from the outline to the union of the contact spheres \[m].
     pub largest_gap: Real,
-    /// Largest distance by which a contact sphere stands out of the outline \[m].
-    pub largest_protrusion: Real,
-    /// Radius of the sphere about the centre of mass that holds mesh and contact spheres \[m].
-    pub bounding_radius: Real,
 }
 
 /// Displacements and turns below this share of the size are round-off of a mesh given in its own frame.
@@ -313,13 +305,11 @@ impl Shape {
         let relative = |found: Vector, exact: Vector| (found / exact - 1.0).abs().max_element();
         let radii = &self.contact_spheres.radii;
         ShapeReport {
-            name: self.name.clone(),
             nodes: self.mesh.nodes.len(),
             tetrahedra: self.mesh.tetrahedra.len(),
             volume: self.volume,
             volume_error: self.exact.map(|s| self.volume / s.volume() - 1.0),
             inertia_error: self.exact.map(|s| relative(self.principal_inertia, s.principal_inertia())),
-            principal_inertia: self.principal_inertia,
             quality: self.mesh.quality(),
             contact_spheres: self.contact_spheres.len(),
             sphere_radii: [
@@ -327,8 +317,6 @@ impl Shape {
                 radii.iter().copied().fold(0.0, Real::max),
             ],
             largest_gap: self.contact_spheres.largest_gap,
-            largest_protrusion: self.contact_spheres.largest_protrusion,
-            bounding_radius: self.bounding_radius,
         }
     }
 }

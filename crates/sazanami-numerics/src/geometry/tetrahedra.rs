@@ -111,10 +111,6 @@ pub struct MeshQuality {
     pub largest_dihedral_angle: Real,
     /// Smallest of 3 (inscribed radius)/(circumscribed radius): 1 regular, 0 flat.
     pub smallest_radius_ratio: Real,
-    /// Smallest volume of a tetrahedron [m^3].
-    pub smallest_volume: Real,
-    /// Largest volume of a tetrahedron [m^3].
-    pub largest_volume: Real,
 }
 
 /// A tetrahedron is degenerate when its volume is below this share of its longest edge cubed.
@@ -184,22 +180,14 @@ impl TetrahedralMesh {
     /// Shape of the worst and best tetrahedra.
     #[must_use]
     pub fn quality(&self) -> MeshQuality {
-        let mut quality = MeshQuality {
-            smallest_dihedral_angle: 180.0,
-            largest_dihedral_angle: 0.0,
-            smallest_radius_ratio: 1.0,
-            smallest_volume: Real::INFINITY,
-            largest_volume: 0.0,
-        };
+        let mut quality =
+            MeshQuality { smallest_dihedral_angle: 180.0, largest_dihedral_angle: 0.0, smallest_radius_ratio: 1.0 };
         for t in 0..self.tetrahedra.len() {
             let corners = self.corners(t);
-            let volume = signed_volume(&corners);
             let [least, greatest] = dihedral_range(&corners);
             quality.smallest_dihedral_angle = quality.smallest_dihedral_angle.min(least);
             quality.largest_dihedral_angle = quality.largest_dihedral_angle.max(greatest);
             quality.smallest_radius_ratio = quality.smallest_radius_ratio.min(radius_ratio(&corners));
-            quality.smallest_volume = quality.smallest_volume.min(volume);
-            quality.largest_volume = quality.largest_volume.max(volume);
         }
         quality
     }

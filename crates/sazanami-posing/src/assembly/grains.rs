@@ -7,6 +7,7 @@ use sazanami_dem::{
     Setup, Softness, Substeps, TILT, Wall,
 };
 use sazanami_io::bed::Bed;
+use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::{Quaternion, Real, Vector};
 
@@ -335,6 +336,40 @@ pub fn to_pack(case: &Case) -> Option<(PackingSettings, Vec<Grain>)> {
     Some((settings, grains))
 }
 
+/// As [`placed`], but grains whose motion is prescribed wait at rest for the run to begin: [`set_in_motion`].
+pub fn waiting(case: &Case, beds: &[Option<Bed>]) -> Vec<Grain> {
+    let mut all = placed(case, beds);
+    for grain in all.iter_mut().filter(|grain| grain.motion == Motion::Prescribed) {
+        (grain.velocity, grain.angular_velocity) = (Vector::ZERO, Vector::ZERO);
+    }
+    all
+}
+
+/// Gives grains that waited the motion that is prescribed to them, when the run begins. All ranks take part.
+pub fn set_in_motion(case: &Case, domain: &Domain, engine: &mut Engine) {
+    let is_prescribed = |population: &Population| match &population.placement {
+        GrainPlacement::List(list) => list.iter().any(|grain| grain.motion == Motion::Prescribed),
+        GrainPlacement::Lattice(_) => population.motion == Motion::Prescribed,
+        _ => false,
+    };
+    if !case.grains.iter().any(is_prescribed) {
+        return;
+    }
+    for g in 0..engine.grains().owned() {
+        if engine.grains().motion[g] != Motion::Prescribed {
+            continue;
+        }
+        let (population, index) = population_of(engine.grains().id[g]);
+        let [velocity, spin] = match &case.grains[population].placement {
+            GrainPlacement::List(list) => [list[index as usize].velocity, list[index as usize].angular_velocity],
+            GrainPlacement::Lattice(lattice) => [lattice.velocity, Vector::ZERO],
+            _ => continue,
+        };
+        engine.set_velocity(g, velocity, spin);
+    }
+    engine.refresh_ghosts(domain);
+}
+
 /// What of a population matters to its fall: grains, and of one of size factor 1 the thickness, length and smallest contact sphere
 /// \[m] and the volume [m^3].
 pub(crate) struct Kind {
@@ -414,7 +449,7 @@ pub(crate) fn fall(case: &Case, kind: impl Fn(usize) -> Option<Kind>) -> Option<
     let drop = (lattice - bed).max(0.0);
     let softness = Softness::of(&settings, &kinds);
     let slowing = settings.slowing_time(thickness / number_of_all.max(1.0));
-    let gravity = case.gravity.length();
+    let gravity = case.packing_gravity();
     let (time, speed) = if softness.is_of_unlike() && how.stop == PackingStop::Settled {
         let speed = gravity * slowing;
         (drop / speed + bed / (TRICKLING * speed), speed)
@@ -435,7 +470,7 @@ pub(crate) fn packing_settings(case: &Case, how: &Packing) -> PackingSettings {
         spacing: how.spacing,
         jitter: how.jitter,
         seed: 0,
-        gravity: case.gravity.length(),
+        gravity: case.packing_gravity(),
         fall_factor: how.fall_gravity,
         settling_time: how.settle_time,
         by_time_only: how.stop == PackingStop::TimeOnly,

@@ -137,6 +137,8 @@ pub fn poured(case: &Case, domain: Domain, engine: Engine, bed_height: Real) -> 
 
 /// Gives fluid and free grains the velocity that they have against a tank which begins with a speed.
 pub fn set_off(case: &Case, solver: &mut Solver) {
+    let (engine, domain) = solver.engine_mut();
+    grains::set_in_motion(case, domain, engine);
     let Some(velocity) = box_motion::set_off(case) else { return };
     solver.set_velocities(|particles, a| particles.velocity[a] + velocity);
     let (engine, domain) = solver.engine_mut();

@@ -24,8 +24,9 @@ const ROW_OF_PLACE: Real = 150.0;
 const PLACE_OF_GRAIN: Real = 14.0;
 /// Value of a grain that is written as a point \[bytes].
 const VALUE_OF_GRAIN: Real = 6.0;
-/// Addition of a value to the surface of a grain, whose corners all have it \[bytes].
-const MESH_OF_VALUE: Real = 20.0;
+/// Corner of the surface of a grain with its share of the triangles, and a value of the grain, which all corners have \[bytes].
+const CORNER: Real = 33.4;
+const CORNER_OF_VALUE: Real = 0.07;
 
 /// Name of what every run writes among the results: case, log, summary and report.
 const ALWAYS: &str = "always";
@@ -40,14 +41,15 @@ pub(super) fn disk(case: &Case, size: &Size, [steps, dt]: [Real; 2], model: &Cos
     let form = outputs.grain_form;
     let arrays = outputs.grain_arrays.0.len() as Real;
     let point = if form.has_points() { PLACE_OF_GRAIN + arrays * VALUE_OF_GRAIN } else { 0.0 };
-    let grain = point + if form.has_meshes() { model.disk_grain + arrays * MESH_OF_VALUE } else { 0.0 };
+    let corner = if form.has_meshes() { CORNER + arrays * CORNER_OF_VALUE } else { 0.0 };
+    let grains = size.grains as Real * point + size.surface_corners as Real * corner;
     let until = if case.run.steps.is_some() { case.run.until.min(steps * dt) } else { case.run.until };
     let times = |schedule: &Schedule| schedule.count(until, steps);
     let state = elements as Real * 64.0 + size.grains as Real * 600.0;
     let probes = case.probes.iter().map(|probe| times(&probe.schedule) * points(probe) * ROW_OF_POINT).sum();
     [
         ("fields", times(&outputs.fields) * elements as Real * element),
-        ("grains", times(&outputs.grains) * size.grains as Real * grain),
+        ("grains", times(&outputs.grains) * grains),
         ("figures", times(&outputs.figures) * PICTURES),
         ("series", times(&outputs.series) * (ROW + profiles(case))),
         ("probe", probes),

@@ -44,8 +44,6 @@ pub struct CostModel {
     pub memory_sphere: Real,
     /// Fields on disk [bytes per cell and output], after compression.
     pub disk_cell: Real,
-    /// Grains on disk [bytes per grain and output], after compression.
-    pub disk_grain: Real,
     /// Step of moving particles, pressure and coupling included [s per fluid particle], plus
     pub fluid_particle: Real,
     /// [s per wall particle].
@@ -87,7 +85,6 @@ impl Default for CostModel {
             memory_grain: 2.0e3,
             memory_sphere: 16.0,
             disk_cell: 12.0,
-            disk_grain: 3.0e3,
             fluid_particle: 7e-6,
             wall_particle: 2e-6,
             memory_particle: 3.0e3,

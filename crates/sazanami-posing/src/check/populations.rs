@@ -22,6 +22,8 @@ pub struct ShapeFacts {
     pub bed_volume: Option<Real>,
     /// Contact spheres and inertia of a grain of size factor 1.
     pub body: Option<Body>,
+    /// Corners of its surface.
+    pub corners: Option<usize>,
     /// Description of the shape, a line each, for the report of `check`.
     pub lines: Vec<String>,
 }
@@ -50,7 +52,8 @@ pub(crate) fn exchange_of(case: &Case, shapes: &[ShapeFacts]) -> Option<(Exchang
 
 fn population_report(case: &Case, population: &Population, facts: &ShapeFacts) -> PopulationReport {
     let size = population.shape.size().or(facts.size).map(|size| size * population.sizes().smallest());
-    let body = facts.body.clone().or_else(|| shape_of(population).ok().map(|shape| Body::from(&shape)));
+    let shape = if facts.body.is_none() { shape_of(population).ok() } else { None };
+    let body = facts.body.clone().or_else(|| shape.as_ref().map(Body::from));
     PopulationReport {
         name: population.name.clone(),
         grains: population.grains().or(facts.grains),
@@ -62,6 +65,7 @@ fn population_report(case: &Case, population: &Population, facts: &ShapeFacts) -
         shape: facts.lines.clone(),
         face_spheres: body.as_ref().map(|body| body.face().spheres),
         body,
+        surface_corners: facts.corners.or_else(|| shape.map(|shape| shape.surface().nodes.len())),
     }
 }
 

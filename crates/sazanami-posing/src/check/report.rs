@@ -45,6 +45,9 @@ pub struct PopulationReport {
     /// Its contact spheres and inertia.
     #[serde(skip)]
     pub body: Option<Body>,
+    /// Corners of its surface.
+    #[serde(skip)]
+    pub surface_corners: Option<usize>,
 }
 
 /// Flat faces of two populations on each other, made of spheres as they are.

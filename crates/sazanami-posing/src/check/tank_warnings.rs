@@ -21,9 +21,9 @@ const RESONANT: Real = 4.0;
 /// Warns of peaks of a recorded motion, of waves that linear theory or the particles cannot follow, and of probes on grains that may be taken away.
 pub(crate) fn warn_of_tank(loaded: &LoadedCase, report: &mut Diagnostics) {
     warn_of_peaks(loaded, report);
+    warn_of_levelled_probes(loaded, report);
     if loaded.case.solver == Solver::Mps {
         warn_of_waves(loaded, report);
-        warn_of_levelled_probes(loaded, report);
         warn_of_turbulence(loaded, report);
     }
 }

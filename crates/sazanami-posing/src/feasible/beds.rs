@@ -3,9 +3,11 @@
 use std::ops::Range;
 use std::path::Path;
 
-use sazanami_io::bed::Bed;
+use sazanami_io::bed::{Bed, BedGrain};
+use sazanami_numerics::Real;
 
 use crate::case::meaning::{BedFile, GrainPlacement};
+use crate::case::units::rounded;
 use crate::case::{Diagnostics, LoadedCase};
 
 /// Reads the beds that populations name; each population is given the grains of its own shape.
@@ -90,6 +92,7 @@ fn deal(
     for (&user, shape) in users.iter().zip(chosen.iter().flatten().map(|&number| shapes[number])) {
         let grains: Vec<_> = bed.grains.iter().filter(|grain| grain.shape == shape).copied().collect();
         count_agrees(loaded, user, grains.len(), report);
+        sizes_agree(loaded, user, &grains, report);
         beds[user] = Some(Bed { grains, recipe: bed.recipe.clone(), ..*bed });
     }
 }
@@ -104,6 +107,31 @@ fn choose(names: &[String], wanted: &[&str]) -> Vec<Option<usize>> {
         return (0..names.len()).map(Some).collect();
     }
     by_name
+}
+
+/// Round-off of size factors.
+const ROUNDED: Real = 1e-9;
+
+/// The size factors of a bed have to be within those of `size`, by which smoothing, steps and reach are chosen.
+fn sizes_agree(loaded: &LoadedCase, population: usize, grains: &[BedGrain], report: &mut Diagnostics) {
+    let kind = &loaded.case.grains[population];
+    let sizes = kind.sizes();
+    let ends = |factors: [Real; 2], factor: Real| [factors[0].min(factor), factors[1].max(factor)];
+    let [smallest, largest] = grains.iter().map(|grain| grain.scale).fold([Real::INFINITY, Real::NEG_INFINITY], ends);
+    let fits = smallest >= sizes.smallest() * (1.0 - ROUNDED) && largest <= sizes.largest() * (1.0 + ROUNDED);
+    if !fits {
+        report
+            .error(
+                span(loaded, population),
+                format!("the bed holds grains of `{}` of other sizes than `size` says", kind.name),
+            )
+            .label(format!("size factors from {} to {}", rounded(smallest), rounded(largest)))
+            .help(format!(
+                "write `size.uniform = {{ lower = {}, upper = {} }}`, or the `size` that it was packed with",
+                (1e4 * smallest).floor() / 1e4,
+                (1e4 * largest).ceil() / 1e4
+            ));
+    }
 }
 
 /// A `count` beside a bed has to be that of the bed.

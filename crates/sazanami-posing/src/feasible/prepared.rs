@@ -1,14 +1,17 @@
 //! Liquids that the preparation of a tank would move from where the case puts them, and velocities that it takes away.
 
+use sazanami_dem::Motion;
 use sazanami_numerics::{Real, Vector};
 
 use super::Search;
-use super::placed::Placed;
+use super::placed::{Origin, Placed};
 use crate::assembly::fluid::origin_of;
 use crate::assembly::wetted::hangs;
 use crate::case::meaning::{FluidName, GrainPlacement, Placement, Population, Solver};
 use crate::check::{ShapeFacts, bed_top};
 
+/// Distance of grains that bear one another, over the sum of their radii.
+const NEAR: Real = 1.1;
 /// What lets a run begin with its liquids as they are put.
 const AS_PUT: &str = "write `preparation = { relax_steps = 0, settle = \"0 s\" }`";
 
@@ -45,13 +48,78 @@ impl Search<'_> {
                     self.report.warning(Some(span), title).label(label).help(help);
                 }
             }
-            if preparation.relax_steps > 0 && case.sets_in_motion(liquid) && !(falls && is_put) {
+            if preparation.is_needed() && case.sets_in_motion(liquid) && !(falls && is_put) {
                 let span = self.loaded.places.near(&format!("liquid.{n}.velocity"));
                 self.report
                     .warning(span, format!("`{}` does not begin with its velocity", liquid.name))
                     .label("the preparation brings the water to rest first")
                     .help(format!("{AS_PUT}, or hold a mean velocity with `drive.mean_velocity`"));
             }
+        }
+    }
+
+    /// Refuses grains with a velocity that forces would take from them while a bed comes to rest before the run, and warns of single ones in
+    /// the air, which fall meanwhile. Grains whose motion is prescribed wait.
+    pub(super) fn set_in_motion(&mut self, lying: &[Placed]) {
+        let case = self.case;
+        let (waits, way_out) = match case.solver {
+            Solver::Mps => (case.preparation.settle > 0.0, AS_PUT),
+            Solver::Mics => (case.relaxes(), "leave out `placement.bed.relax`"),
+        };
+        if !waits || case.run.packing_only {
+            return;
+        }
+        let moving = |n: usize| -> Option<String> {
+            match &case.grains[n].placement {
+                GrainPlacement::List(list) => list
+                    .iter()
+                    .position(|grain| {
+                        let moves = grain.velocity != Vector::ZERO || grain.angular_velocity != Vector::ZERO;
+                        grain.motion == Motion::Free && moves
+                    })
+                    .map(|index| format!("grains.{n}.placement.list.{index}")),
+                GrainPlacement::Lattice(lattice) => {
+                    let moves = lattice.velocity != Vector::ZERO && case.grains[n].motion == Motion::Free;
+                    moves.then(|| format!("grains.{n}.placement.lattice.velocity"))
+                }
+                _ => None,
+            }
+        };
+        for (n, population) in case.grains.iter().enumerate() {
+            if let Some(path) = moving(n) {
+                self.report
+                    .error(
+                        self.loaded.places.at(&path),
+                        format!("`{}` would not begin with its velocity", population.name),
+                    )
+                    .label("it moves and loses it while the bed comes to rest before the run")
+                    .help(format!("{way_out}: the run then begins with all grains as they are put"));
+            }
+        }
+        let of_bed = |grain: &&Placed| matches!(grain.origin, Origin::Bed { .. });
+        let reach = |grain: &Placed| grain.factor * self.shapes[grain.population].bounding_radius();
+        let heights = lying.iter().filter(of_bed).map(|grain| grain.position.z + reach(grain));
+        let bed = heights.fold(self.top_of_packed(), Real::max);
+        let mut in_the_air = Vec::new();
+        for grain in lying.iter().filter(|grain| !of_bed(grain)) {
+            let GrainPlacement::List(list) = &case.grains[grain.population].placement else { continue };
+            let borne = |other: &Placed| {
+                (other.population, other.index) != (grain.population, grain.index)
+                    && other.position.distance(grain.position) < NEAR * (reach(grain) + reach(other))
+            };
+            let is_free = list[grain.index].motion == Motion::Free
+                && moving(grain.population).is_none()
+                && case.resting_gravity().z < 0.0;
+            if is_free && self.lowest(grain) > bed + reach(grain) && !lying.iter().any(borne) {
+                in_the_air.push(*grain);
+            }
+        }
+        for grain in in_the_air {
+            let (name, span) = self.name(&grain);
+            self.report
+                .warning(Some(span), format!("{name} falls before the run begins"))
+                .label("it lies above bed and floor, and the bed comes to rest before the run")
+                .help(format!("leave it so if it is to come down first; else {way_out}"));
         }
     }
 

@@ -16,7 +16,7 @@ const DAM_BREAK: &str = "both/dam-break.toml";
 const CREEPING: &str = "../crates/sazanami/tests/cases/creeping-sphere.toml";
 
 /// Findings on a shipped case with other values, each with its place, label and suggestion; whether it can run.
-fn findings(case: &str, overrides: &[&str]) -> (bool, Vec<String>) {
+pub(crate) fn findings(case: &str, overrides: &[&str]) -> (bool, Vec<String>) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases").join(case);
     let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
     let machine =
@@ -39,7 +39,7 @@ fn findings(case: &str, overrides: &[&str]) -> (bool, Vec<String>) {
 }
 
 /// Asserts that changed cases are refused (or else warned of) in these words.
-fn all_reported(fine: bool, changes: &[(&str, &str, &str)]) {
+pub(crate) fn all_reported(fine: bool, changes: &[(&str, &str, &str)]) {
     for (case, change, words) in changes {
         let (runs, texts) = findings(case, &[change]);
         assert_eq!(runs, fine, "{change}: {texts:#?}");

@@ -2,3 +2,4 @@
 
 mod absurd_cases;
 mod case_files;
+mod idle_keys;

@@ -158,7 +158,8 @@ impl Files {
 
     /// Writes the grains for ParaView in the form that the case asks for.
     pub fn grains(&mut self, job: &Job, clock: &Clock, grains: &GrainStates, own: &[Array]) -> Result<(), RecordError> {
-        if grains.is_empty() {
+        // Of grains that have all left, or are yet to come, there is a file without grains.
+        if job.case.grains.is_empty() {
             return Ok(());
         }
         let form = job.case.output.grain_form;

@@ -101,11 +101,6 @@ impl GrainStates {
         Self { records: domain.to_first_by((0..grains.owned()).map(record), |record| record.id) }
     }
 
-    /// Whether there are no grains.
-    pub fn is_empty(&self) -> bool {
-        self.records.is_empty()
-    }
-
     /// Writes a point for each grain, with the arrays that the case asks for; `own` are those that only its solver has.
     pub fn write_points(&self, case: &Case, own: &[Array], clock: &Clock, path: &Path) -> Result<(), RecordError> {
         let asked = self.asked(case, own, true);

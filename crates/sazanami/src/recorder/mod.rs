@@ -396,7 +396,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
             return;
         }
         let mut grains = Vec::new();
-        if !states.is_empty() {
+        if !self.job.case.grains.is_empty() {
             grains = states.arrays_of_state();
             grains.extend(self.observer.grain_state());
         }

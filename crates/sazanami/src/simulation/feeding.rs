@@ -68,6 +68,20 @@ impl Feeding {
         Ok(())
     }
 
+    /// What is to be said of grains that were due by `time` \[s] and found no room.
+    pub fn waiting(&self, time: Real) -> Option<String> {
+        let late = |stream: &Stream| {
+            (stream.next..stream.scales.len()).take_while(|&n| stream.feed.due(n) <= time * (1.0 + END)).count()
+        };
+        let late: usize = self.streams.iter().map(late).sum();
+        (late > 0).then(|| {
+            format!(
+                "warning: {late} grains that were due are not fed in: there was no room at their side; feed fewer, faster, or through a \
+                 larger part of it"
+            )
+        })
+    }
+
     /// The next time at which a step has to end for a grain to come \[s].
     pub fn next(&self, time: Real) -> Option<Real> {
         self.streams.iter().filter_map(Stream::due).filter(|due| *due > time * (1.0 + END)).reduce(Real::min)

@@ -189,6 +189,9 @@ fn flow<B: Observer>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>)
             if shown.as_mut().is_some_and(|due| due.note(clock.step())) {
                 recorder.show(&mut water, &clock);
             }
+            if let Some(waiting) = feeding.waiting(clock.time()).filter(|_| finished || stopped) {
+                recorder.say(&waiting);
+            }
             let status = if finished { Status::Finished } else { Status::Stopped };
             let interrupted = stop && !finished && !stopped;
             recorder.end(&mut water, &clock);

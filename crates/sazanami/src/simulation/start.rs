@@ -139,14 +139,20 @@ pub(super) fn laid<B: Observer>(
     recorder: &mut Recorder<B>,
 ) -> Result<Option<Engine>, RankError> {
     let vessel = || grains::resting_setup(job.case, &job.shapes).unwrap_or_else(|| setup.clone());
-    let placed = || grains::placed(job.case, &job.beds);
+    let waits = job.case.relaxes() || job.case.solver == meaning::Solver::Mps;
+    let placed = || if waits { grains::waiting(job.case, &job.beds) } else { grains::placed(job.case, &job.beds) };
     let relaxation = match job.resumed.as_ref().filter(|state| state.run.relaxing) {
         Some(state) => Relaxation::restore(domain, vessel(), &state.snapshot)?,
         None if job.case.relaxes() => Relaxation::new(Engine::new(domain, vessel(), &placed())?),
         None => return Ok(Some(Engine::new(domain, setup, &placed())?)),
     };
-    let relaxed = relax(job, domain, relaxation, recorder)?;
-    relaxed.map(|engine| unwalled(job, domain, setup, engine)).transpose()
+    let Some(relaxed) = relax(job, domain, relaxation, recorder)? else { return Ok(None) };
+    let mut engine = unwalled(job, domain, setup, relaxed)?;
+    // Those in a tank of moving particles wait until its water is at rest too.
+    if job.case.solver == meaning::Solver::Mics {
+        grains::set_in_motion(job.case, domain, &mut engine);
+    }
+    Ok(Some(engine))
 }
 
 /// Refuses a packed bed that is higher than the box: its own walls had no lid.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::support::{Left, On, Scratch, findings, go_on, ran};
+use crate::support::{Left, On, Scratch, findings, go_on, heard, load, ran};
 
 /// Beads that a stream carries in and out again.
 const STREAM: &str = include_str!("../cases/feeding-stream.toml");
@@ -147,4 +147,20 @@ fn spheres_among_moving_particles_are_fed_in_and_leave() {
         &["dem.grain_walls=[\"x1_lower\", \"x1_upper\", \"x2_lower\", \"x2_upper\", \"x3_lower\"]"],
     );
     assert_eq!(passed(&kept, "departed")[0], 0.0);
+}
+
+#[test]
+fn grains_that_find_no_room_are_told() {
+    const STONES: &str = "[[grains]]\nname = \"stone\"\nmotion = \"fixed\"\nshape.sphere.diameter = \"2 mm\"\n\
+        placement.lattice = { upper = [\"2 mm\", \"8 mm\", \"8 mm\"], counts = [1, 4, 4] }\n";
+    let said = |name: &str, stones: &str| {
+        let scratch = Scratch::new(name);
+        let loaded = load(&format!("{STREAM}{stones}"), &["run.until=9 ms", "probe=[]"]);
+        heard(&loaded, &On::threads(1).options(Some(&scratch.join("run")))).messages
+    };
+    let waits = |said: &[String]| said.iter().any(|text| text.contains("2 grains that were due are not fed in"));
+    let blocked = said("feeding-blocked", STONES);
+    assert!(waits(&blocked), "{blocked:?}");
+    // Negative control: without stones they come in.
+    assert!(!waits(&said("feeding-clear", "")));
 }

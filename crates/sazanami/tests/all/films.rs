@@ -121,7 +121,10 @@ fn films_are_where_spheres_meet_in_a_liquid() {
         &["grains.0.contact_spheres=shell(50)"],
         &["grains.0.shape={ box = { size = [\"6 mm\", \"6 mm\", \"6 mm\"] } }"],
         &["liquid=[]"],
-        &["grains.0.placement.list.0.motion=fixed"],
+        &[
+            "grains.0.placement.list.0.motion=fixed",
+            "grains.0.placement.list.0.velocity=[\"0 m/s\", \"0 m/s\", \"0 m/s\"]",
+        ],
     ] {
         assert_eq!(film(none), None, "{none:?}");
     }

@@ -165,3 +165,30 @@ fn what_is_written_from_the_laboratory_lies_there() {
         }
     }
 }
+
+#[test]
+fn when_all_grains_have_left_files_have_none() {
+    let scratch = Scratch::new("grains-left");
+    let away = "velocity = [\"0 m/s\", \"0 m/s\", \"20 m/s\"] }] } }]";
+    let ball = "grains=[{ material = \"sand\", shape = { sphere = { diameter = \"0.5 mm\" } }, placement = { list = [{ position = [\"3 mm\", \"3 mm\", \"3 mm\"], ";
+    let ball = format!("{ball}{away}");
+    let set = [
+        &ball,
+        "material={ sand = { density = \"2650 kg/m^3\" } }",
+        "boundary.x3_upper=outflow",
+        "output.grains.steps=1",
+        "output.grain_form=both",
+        "run={ until = \"1 ms\" }",
+    ];
+    let left = ran(MIXED, &set, &scratch.join("out"), On::threads(1));
+    assert_eq!(left.summary["conservation"]["departed_grains"], 1);
+    let last = left.summary["steps"].as_u64().expect("a number");
+    for (kind, series) in [("grains", "grains"), ("meshes", "grain-meshes")] {
+        let is_empty = |step: u64| {
+            parse(&scratch.join(&format!("out/grains/{kind}-{step:09}.vtp"))).text.contains("NumberOfPoints=\"0\"")
+        };
+        assert!(!is_empty(0) && is_empty(last), "{kind}");
+        let list = std::fs::read_to_string(scratch.join(&format!("out/{series}.pvd"))).expect("the run left it");
+        assert!(list.contains(&format!("{kind}-{last:09}.vtp")), "{list}");
+    }
+}

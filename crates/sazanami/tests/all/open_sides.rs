@@ -259,7 +259,7 @@ fn boxes_in_which_everything_falls_are_refused() {
             "grains=[]",
             "probe=[]",
             "domain.size=[\"12 mm\", \"12 mm\", \"24 mm\"]",
-            "particles={ spacing = \"1 mm\" }",
+            "particles={ spacing = \"1 mm\", tolerance = 1e-6 }",
             "liquid=[{ region.box = { lower = [\"0 m\", \"0 m\", \"0 m\"], upper = [\"12 mm\", \"12 mm\", \"24 mm\"] } }]",
         ];
         let with = |more: &[&str]| titles(&[&water[..], more].concat());

@@ -300,3 +300,29 @@ fn outputs_that_end_steps_are_in_the_forecast() {
     // More ends of steps than are counted one by one.
     assert_eq!(steps(&["output.series.every=10 us", "run.until=1 s"]), 100_000.0);
 }
+
+#[test]
+fn surfaces_of_grains_take_the_disk_that_is_foretold() {
+    const BALLS: &str = include_str!("../cases/predictions-disk.toml");
+    let folder = Scratch::new("disk");
+    let sets: [&[&str]; 3] = [
+        &[],
+        &["grains.0.shape.sphere.refinement=1", "output.grain_arrays=[]"],
+        &["grains.0.shape={ spheroid = { diameter = \"0.6 mm\", length = \"1 mm\" } }"],
+    ];
+    let foretold = sets.map(|set| {
+        let loaded = load(BALLS, set);
+        let run = folder.join("run");
+        let options = RunOptions { force: true, ..On::threads(1).options(Some(&run)) };
+        heard(&loaded, &options);
+        let files = std::fs::read_dir(run.join("grains")).expect("grains are written").flatten();
+        let written: u64 = files.map(|file| file.metadata().expect("it is a file").len()).sum();
+        let parts = foretold(&loaded.case).disk_parts;
+        let (_, bytes) = parts.into_iter().find(|(name, _)| *name == "grains").expect("grains are a part");
+        println!("{set:?}: {bytes} of {written} bytes are foretold");
+        assert!((0.8..1.25).contains(&(bytes / written as Real)), "{set:?}: {bytes} of {written}");
+        bytes
+    });
+    // Negative control: what holds one of them does not hold the others.
+    assert!(foretold[0] > 3.0 * foretold[1], "{foretold:?}");
+}

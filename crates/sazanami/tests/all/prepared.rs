@@ -3,7 +3,7 @@
 use sazanami::machine::Machine;
 use sazanami_io::vtk::VtkFile;
 
-use crate::support::{Left, On, Scratch, bed_of_balls, before_run, heard, load};
+use crate::support::{Left, On, Scratch, bed_of_balls, before_run, heard, load, ran};
 
 /// A drop above a bed.
 const DROP: &str = include_str!("../cases/prepared-drop.toml");
@@ -79,4 +79,39 @@ fn liquids_that_would_fall_before_the_run_are_refused_with_the_way_out() {
     // Particles of a spacing of 1 mm between 2 and 6 mm above it.
     let [lowest, highest] = [f64::min, f64::max].map(|of| of_drop.iter().copied().reduce(of).expect("there is a drop"));
     assert!((1.9e-3..3.1e-3).contains(&lowest) && (4.9e-3..6.1e-3).contains(&highest), "{lowest} {highest}");
+}
+
+/// A ball of given motion above a bed.
+const BALL: &str = include_str!("../cases/prepared-ball.toml");
+
+#[test]
+fn grains_whose_motion_is_prescribed_wait_for_the_run_to_begin() {
+    let scratch = Scratch::new("prepared-ball");
+    for on in [On::threads(1), On::ranks(2, 1)] {
+        let left = ran(BALL, &[], &scratch.join(&on.ranks.to_string()), on);
+        let ball = left.probe("ball");
+        let of = |name: &str| ball.column(name);
+        let (time, z) = (of("time"), of("position_3"));
+        assert_eq!((time[0], z[0]), (0.0, 20e-3), "it lies where the case puts it");
+        assert!(of("velocity_3").iter().all(|v| *v == -0.5) && of("spin_1").iter().all(|v| (*v - 7.0).abs() < 1e-12));
+        let off = time.iter().zip(&z).map(|(t, z)| (z - (20e-3 - 0.5 * t)).abs()).fold(0.0, f64::max);
+        assert!(time.len() > 3 && off < 1e-12, "{off}");
+    }
+    // One that forces move would lose its velocity: refused, but for a run that begins with all as it is put.
+    let free = "grains.1.motion=free";
+    let refuses = |overrides: &[&str]| {
+        let (runs, found) = before_run(&load(BALL, overrides), &Machine::this());
+        !runs && found.iter().any(|finding| finding.contains("`ball` would not begin with its velocity"))
+    };
+    assert!(refuses(&[free]) && !refuses(&[]) && !refuses(&[free, AS_PUT]));
+    let left = ran(BALL, &[free, AS_PUT], &scratch.join("thrown"), On::threads(1));
+    assert_eq!(left.probe("ball").column("position_3")[0], 20e-3);
+    // Put there at rest it may be meant to come down.
+    let at_rest = "grains.1.placement.list.0={ position = [\"6 mm\", \"6 mm\", \"20 mm\"] }";
+    let falls = |overrides: &[&str]| {
+        let (runs, found) = before_run(&load(BALL, overrides), &Machine::this());
+        assert!(runs, "{found:?}");
+        found.iter().any(|finding| finding.contains("grain 0 of `ball` falls before the run begins"))
+    };
+    assert!(falls(&[free, at_rest]) && !falls(&[at_rest]) && !falls(&[free, at_rest, AS_PUT]));
 }

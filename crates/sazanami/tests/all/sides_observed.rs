@@ -294,3 +294,21 @@ fn a_plane_tells_liquid_from_the_grains_that_go_through_it() {
     let none = seen("before", &["grains.0.placement.list=[{ position = [\"3 mm\", \"4 mm\", \"4 mm\"] }]"]) / sphere;
     assert!(none.abs() < 0.01, "{none}");
 }
+
+#[test]
+fn planes_between_faces_of_cells_are_where_they_are_put() {
+    let pool = "liquid=[{ region.half_space = { point = [\"0 m\", \"0 m\", \"10 mm\"] }, velocity = [\"0 m/s\", \"0 m/s\", \"0 m/s\"] }]";
+    let heights = [1.0, 2.0, 2.7, 3.3, 4.0, 7.9];
+    let planes: Vec<(String, String)> =
+        heights.iter().map(|z| (format!("z{z}"), format!("plane.x3 = {}", mm(*z)))).collect();
+    let at = read(BOX, &planes, &[pool, "run.until=1 ms"], "planes-between", On::threads(1));
+    // Of water at rest, from the surface of 10 mm on down.
+    let floor = at("z2", "mean_pressure");
+    for z in heights {
+        let exact = floor + 9.8 * (2.0 - z);
+        let found = at(&format!("z{z}"), "mean_pressure");
+        assert!((found - exact).abs() < 1e-3 * floor.abs(), "{z} mm: {found}, {exact}");
+    }
+    // Negative control: by the nearest faces of cells of 2 mm that of 3.3 would be that of 4.
+    assert!((at("z3.3", "mean_pressure") - at("z4", "mean_pressure")).abs() > 6.0);
+}

@@ -178,6 +178,12 @@ fn boxes_without_gas_or_without_liquid_run() {
     // Negative control: beside a quarter of a disc the gas has a centre, elsewhere.
     let beside = place("beside", "{ cylinder = { diameters = [\"0.8 mm\", \"0.6 mm\"] } }");
     assert!(beside.iter().all(|place| *place > 0.51e-3), "{beside:?}");
+    // A bubble on the seam of periodic sides has its centre there, and not in the middle of the box.
+    let bubble = "liquid=[{ region.half_space = { point = [\"0 mm\", \"0 mm\", \"1 m\"] } }, \
+                  { fluid = \"gas\", region.cylinder = { centre = [\"0 mm\", \"0 mm\", \"0.5 mm\"], diameters = [\"0.5 mm\", \"0.5 mm\"] } }]";
+    let left = ran(SLICE, &["boundary.x1=periodic", bubble], &scratch.join("seam"), On::threads(1));
+    let seam = left.column("gas_centre_1");
+    assert!(seam.iter().all(|place| place.min(1e-3 - place) < 1e-5), "{seam:?}");
 }
 
 #[test]

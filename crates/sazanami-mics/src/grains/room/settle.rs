@@ -45,9 +45,7 @@ pub struct SettleReport {
     pub rounds: usize,
     /// Volume handed on, summed over the rounds [m^3].
     pub moved_volume: Real,
-    /// Full cells whose room differs from their open part.
-    pub left_cells: u64,
-    /// Sum of these differences without their sign, in the last rounds [m^3].
+    /// Sum of the differences of full cells' room from their open part without their sign, in the last rounds [m^3].
     pub left_volume: Real,
     /// Other cells in which liquid, or the lack of it, waits for room.
     pub waiting_cells: u64,
@@ -61,7 +59,7 @@ impl std::ops::AddAssign for SettleReport {
     fn add_assign(&mut self, other: Self) {
         self.rounds += other.rounds;
         self.moved_volume += other.moved_volume;
-        (self.left_cells, self.left_volume) = (other.left_cells, other.left_volume);
+        self.left_volume = other.left_volume;
         (self.waiting_cells, self.waiting_volume) = (other.waiting_cells, other.waiting_volume);
         self.clipped_momentum += other.clipped_momentum;
     }
@@ -539,7 +537,7 @@ impl Room {
             }
             sum
         }));
-        [report.left_cells, report.waiting_cells] = [left[0], left[2]].map(|cells| cells as u64);
+        report.waiting_cells = left[2] as u64;
         [report.left_volume, report.waiting_volume] = [left[1], left[3]];
         self.waits = report.waiting_cells > 0;
         let Flow { volume_fraction, velocity, fluids, .. } = flow;

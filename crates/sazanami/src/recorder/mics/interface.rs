@@ -1,5 +1,7 @@
 //! The interface between liquid and gas where it has surface tension.
 
+use std::f64::consts::TAU;
+
 use sazanami_mics::solver::Solver;
 use sazanami_numerics::{Real, Vector};
 
@@ -42,20 +44,39 @@ impl Interface {
             [row.shifted(0).map(|at| rho[at] * off(at)).sum()]
         }));
         let c = flow.volume_fraction.data();
+        let (grid, periodic) = (domain.grid(), domain.periodic());
+        let (lower, extent) = (grid.lower, grid.extent());
+        // Along periodic directions a place is an angle, whose mean direction has no seam.
         let [volume, moments @ ..] = domain.sum(domain.sum_rows(&domain.interior(), |row| {
-            let mut sums = [0.0; 4];
+            let mut sums = [0.0; 7];
             for (at, i) in row.shifted(0).zip(row.first..) {
                 let (gas, place) = (1.0 - c[at], domain.centre(i, row.j, row.k));
                 sums[0] += gas;
-                (0..3).for_each(|d| sums[1 + d] += gas * place[d]);
+                for d in 0..3 {
+                    let [x, y] = if periodic[d] {
+                        let (sin, cos) = (TAU * (place[d] - lower[d]) / extent[d]).sin_cos();
+                        [cos, sin]
+                    } else {
+                        [place[d], 0.0]
+                    };
+                    sums[1 + 2 * d] += gas * x;
+                    sums[2 + 2 * d] += gas * y;
+                }
             }
             sums
         }));
+        let centre = |d: usize| {
+            let [x, y] = [moments[2 * d] / volume, moments[2 * d + 1] / volume];
+            // Gas all along the direction has no centre there but that of the box.
+            let part = if x.hypot(y) > ROUNDING.sqrt() { (y.atan2(x) / TAU).rem_euclid(1.0) } else { 0.5 };
+            if periodic[d] { lower[d] + extent[d] * part } else { x }
+        };
         Some(Self {
             energy: solver.surface_energy(),
             speed: domain.max(fastest).sqrt(),
             deviation: (deviation / mass).sqrt(),
-            gas_centre: (volume > ROUNDING * domain.grid().len() as Real).then(|| Vector::from_array(moments) / volume),
+            gas_centre: (volume > ROUNDING * domain.grid().len() as Real)
+                .then(|| Vector::from_array([0, 1, 2].map(centre))),
         })
     }
 }

@@ -29,6 +29,8 @@ pub(super) struct ThroughPlane {
     mean_pressure: Real,
 }
 
+/// Distance from faces of cells within which a plane lies in them, in cells.
+const ON_FACE: Real = 1e-9;
 /// Least share of liquid in a cell that does not end the liquid below it.
 const LIQUID: Real = 0.5;
 
@@ -171,7 +173,25 @@ fn around(solver: &Solver, low: [isize; 3]) -> [[Real; 6]; 8] {
     std::array::from_fn(|corner| std::array::from_fn(|value| found[6 * corner + value]))
 }
 
+/// What goes through a plane: between faces of cells linear between them. All ranks take part.
 fn through_plane(domain: &Domain, solver: &Solver, direction: usize, position: Real) -> ThroughPlane {
+    let grid = domain.grid();
+    let place = (position - grid.lower[direction]) / grid.spacing[direction];
+    let face = |n: Real| through_faces(domain, solver, direction, grid.lower[direction] + n * grid.spacing[direction]);
+    let (below, part) = (place.floor(), place - place.floor());
+    if (place - place.round()).abs() < ON_FACE {
+        return face(place.round());
+    }
+    let (low, high) = (face(below), face(below + 1.0));
+    let between = |of: fn(&ThroughPlane) -> Real| (1.0 - part) * of(&low) + part * of(&high);
+    ThroughPlane {
+        volume_flux: between(|at| at.volume_flux),
+        liquid_flux: between(|at| at.liquid_flux),
+        mean_pressure: between(|at| at.mean_pressure),
+    }
+}
+
+fn through_faces(domain: &Domain, solver: &Solver, direction: usize, position: Real) -> ThroughPlane {
     let grid = domain.grid();
     let mut range = domain.interior();
     let mut found = [0.0; 4];

@@ -8,7 +8,7 @@ use sazanami_mps::scheme::ParticleProjection;
 use sazanami_numerics::Real;
 
 use super::{FORMULA, TANK, recorded, warned};
-use crate::support::{Scratch, load, refusal};
+use crate::support::{On, Scratch, load, ran, refusal};
 
 #[test]
 fn the_projection_suits_the_case_and_the_radius_the_projection() {
@@ -205,4 +205,18 @@ fn waves_that_a_tank_will_make_are_expected_on_either_axis_and_from_a_record() {
     let shaken = "[frame.oscillation]\namplitude = [\"1.97 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"]\nfrequency = \"5 Hz\"";
     let oscillating = TANK.replace(&formula, shaken);
     assert!(told(&oscillating, &longer, resonant) && !told(&oscillating, &[], resonant));
+}
+
+#[test]
+fn without_grains_no_particle_is_short_of_room() {
+    let scratch = Scratch::new("least-void");
+    let alone = "solver = \"mps\"\ndomain.size = [\"14 mm\", \"8 mm\", \"14 mm\"]\nparticles.spacing = \"1 mm\"\nrun.until = \"1 s\"\n\
+                 output = { figures = { at = [] }, fields = { at = [] }, series = { steps = 1 } }\n\
+                 [[liquid]]\nregion.half_space.point = [\"0 mm\", \"0 mm\", \"7 mm\"]\n";
+    let left = ran(alone, &["run.until=1 ms"], &scratch.join("run"), On::threads(1));
+    assert!(left.column("least_void_fraction").iter().skip(1).all(|least| *least == 1.0));
+    assert_eq!(left.summary["conservation"]["particles"]["least_void"].as_f64().unwrap_or(1.0), 1.0);
+    // Negative control: between grains there is less.
+    let left = ran(TANK, &["probe=[]", "run.until=1 ms"], &scratch.join("grains"), On::threads(1));
+    assert!(left.column("least_void_fraction").iter().skip(1).all(|least| *least < 0.9));
 }
