@@ -42,6 +42,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     check_end_of_motion(case, cx);
     check_gauges(case, cx);
     check_beds(case, cx);
+    check_heap(case, cx);
     plausible::check(case, cx);
     check_keys_of_the_grid(case, cx);
     check_rest(case, cx);
@@ -81,6 +82,21 @@ fn check_beds(case: &Case, cx: &mut Context<'_>) {
                 .label("it is seen from x3_upper, over the floor at x3_lower")
                 .help(format!("let gravity point along -x3, or leave out `[{table}]`"));
         }
+    }
+}
+
+/// Tilt of gravity from which on the angle of a heap against the floor of its box is told to be that.
+const LEVEL: Real = 0.017;
+
+/// Warns of heaps in a box that is tilted.
+fn check_heap(case: &Case, cx: &mut Context<'_>) {
+    let gravity = case.resting_gravity();
+    let tilt = gravity.x.hypot(gravity.y).atan2(-gravity.z);
+    if let Some(span) = cx.places.of("heap").filter(|_| !falls_elsewhere(case) && tilt > LEVEL) {
+        cx.report
+            .warning(Some(span), "the angle of the heap is that against the floor of its box")
+            .label(format!("gravity slants by {} degrees against x3", rounded(tilt.to_degrees())))
+            .help("add its slope along the flank, or take it off");
     }
 }
 
@@ -168,25 +184,39 @@ fn check_rest(case: &Case, cx: &mut Context<'_>) {
 /// Longest time between rows of the series of a run until rest \[s]: eight in 10 ms.
 const SLOWEST_ROWS: Real = 1.25e-3;
 
-/// Keys of the fluid on the grid do nothing to moving particles; those that stand beside their counterparts are for cases of both solvers, and
-/// for copies of cases.
+/// Keys of the fluid on the grid do nothing to moving particles. A case with `domain.cells` is for both solvers, or the copy of a case; so are
+/// keys that stand beside their counterparts.
 fn check_keys_of_the_grid(case: &Case, cx: &mut Context<'_>) {
-    if case.solver != Solver::Mps {
+    if case.solver != Solver::Mps || cx.places.of("domain.cells").is_some() {
         return;
     }
-    let counterparts =
-        [("dt", "dt"), ("dt_max", "dt_max"), ("cfl", "courant"), ("tol_div", "tolerance")].map(|(key, counterpart)| {
-            let counterpart = format!("particles.{counterpart}");
-            (key, cx.places.of(&counterpart).is_none(), format!("the key is `{counterpart}`"))
-        });
-    let without_friction = case.fluid.viscosity == ViscosityScheme::Off;
-    let carried = case.fluid.carrying_flow.is_some();
-    let others = [
-        ("viscosity", without_friction, "write `fluid.liquid.kinematic_viscosity = \"0 m^2/s\"`".to_owned()),
-        ("carrying_flow", carried, "give `fluid.initial_velocity`, or leave this out".to_owned()),
+    let steps = ["particles.dt", "particles.dt_max"];
+    let counterparts: [(&str, &[&str]); 9] = [
+        ("dt", &steps),
+        ("dt_max", &steps),
+        ("dt_first", &steps),
+        ("dt_growth", &steps),
+        ("cfl", &["particles.courant"]),
+        ("tol_div", &["particles.tolerance"]),
+        ("pressure_iterations", &["particles.pressure_iterations"]),
+        ("convection", &[]),
+        ("pressure_form", &[]),
     ];
-    for (key, is_meant, help) in counterparts.into_iter().chain(others) {
-        if let Some(span) = cx.places.of(&format!("fluid.{key}")).filter(|_| is_meant) {
+    let mut idle: Vec<(&str, String)> = Vec::new();
+    for (key, others) in counterparts {
+        if others.iter().all(|other| cx.places.of(other).is_none()) {
+            let help = others.first().map_or("leave it out".to_owned(), |other| format!("the key is `{other}`"));
+            idle.push((key, help));
+        }
+    }
+    if case.fluid.viscosity == ViscosityScheme::Off {
+        idle.push(("viscosity", "write `fluid.liquid.kinematic_viscosity = \"0 m^2/s\"`".to_owned()));
+    }
+    if case.fluid.carrying_flow.is_some() {
+        idle.push(("carrying_flow", "give `fluid.initial_velocity`, or leave this out".to_owned()));
+    }
+    for (key, help) in idle {
+        if let Some(span) = cx.places.of(&format!("fluid.{key}")) {
             cx.report
                 .warning(Some(span), format!("`fluid.{key}` does nothing with `solver = \"mps\"`"))
                 .label("it is for the fluid on a grid")
@@ -340,37 +370,48 @@ fn check_floor(case: &Case, cx: &mut Context<'_>) {
             .error_at(span, "gravity does not press these grains onto the floor")
             .label("its largest part has to point down x3")
             .help("write `gravity = \"9.8 m/s^2\"`, which points down by itself");
+    } else if case.packs() && case.packing_gravity() <= 0.0 {
+        cx.report
+            .error_at(
+                cx.places.near("frame.acceleration"),
+                "the acceleration of the box lifts these grains off the floor",
+            )
+            .label("gravity less this acceleration has to point down x3")
+            .help("leave out its part along x3, or make it smaller");
     }
 }
 
 /// Whether grains are packed where gravity does not press them onto the floor.
 fn packs_across(case: &Case) -> bool {
-    let gravity = case.gravity;
-    case.packs() && (-gravity.z <= gravity.x.hypot(gravity.y) || case.packing_gravity() <= 0.0)
-}
-
-/// Gravity along the floor [m/s^2].
-fn across(case: &Case) -> Real {
-    let gravity = case.resting_gravity();
-    gravity.x.hypot(gravity.y)
+    case.packs() && -case.gravity.z <= case.gravity.x.hypot(case.gravity.y)
 }
 
 /// Warns of beds that are packed straight down where gravity slants, and of keys of the packing of all that a later population gives.
 fn check_packing(case: &Case, cx: &mut Context<'_>) {
+    let gravity = case.resting_gravity();
+    let across = gravity.x.hypot(gravity.y);
     // Levelled beds, and those of tanks, come to rest under gravity as it is.
-    let rests = case.levels() || case.solver == Solver::Mps && case.preparation.settle > 0.0;
-    if case.packs() && !packs_across(case) && !rests && across(case) > STRAIGHT * case.packing_gravity() {
-        let slope = (across(case) / case.packing_gravity()).atan().to_degrees();
+    let rests = if case.solver == Solver::Mps { case.preparation.settle > 0.0 } else { case.levels() };
+    if case.packs() && !case.run.packing_only && !rests && across > STRAIGHT * case.packing_gravity() {
+        let slope = (across / case.packing_gravity()).atan().to_degrees();
+        let key = if case.frame.as_ref().is_some_and(|frame| frame.acceleration != Vector::ZERO) {
+            "frame.acceleration"
+        } else {
+            "gravity"
+        };
+        let help = match case.solver {
+            Solver::Mics => "give `placement.packed.level`: the levelled bed comes to rest under gravity as it is",
+            Solver::Mps => "give `preparation.settle`: the bed comes to rest under gravity as it is",
+        };
         cx.report
-            .warning(cx.places.near("gravity"), "the bed is packed straight down, and gravity slants")
+            .warning(cx.places.near(key), "the bed is packed straight down, and gravity in its box slants")
             .label(format!("by {} degrees against x3, from the start of the run on", rounded(slope)))
-            .help("give `placement.packed.level`: the levelled bed comes to rest under gravity as it is");
+            .help(help);
     }
-    let packed = case.grains.iter().enumerate().filter_map(|(n, population)| match &population.placement {
+    let mut packed = case.grains.iter().enumerate().filter_map(|(n, population)| match &population.placement {
         GrainPlacement::Packed(how) => Some((n, &population.name, how)),
         _ => None,
     });
-    let mut packed = packed;
     let Some((_, first, all)) = packed.next() else { return };
     for (n, name, how) in packed {
         let differs = [

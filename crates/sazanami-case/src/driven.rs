@@ -8,10 +8,13 @@ use crate::case::Case;
 use crate::presets::Solver;
 use crate::read::Context;
 use crate::tables::{
-    ANSWER, BoundarySide, Drive, FluidName, GrainPlacement, LONGEST_STEP, Population, SIDE_NAMES, place_of_side,
+    BoundarySide, Drive, FluidName, GrainPlacement, LONGEST_STEP, LiquidRegion, Placement, Population, SIDE_NAMES,
+    place_of_side,
 };
 use crate::units::rounded;
 
+/// Way from a corner of the box to its middle at which a liquid that fills it is found there.
+const CORNER: Real = 1e-6;
 /// Part of gravity up to which it counts as borne.
 const BORNE: Real = 1e-9;
 
@@ -37,12 +40,6 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
             .help(format!("write `boundary.x{} = \"periodic\"`, or a velocity of 0 along x{}", d + 1, d + 1));
     }
     if case.mean_flow().is_some_and(|flow| flow.net) && case.solver == Solver::Mics {
-        if let Some(span) = cx.places.of("drive.answer").filter(|_| drive.answer != ANSWER) {
-            cx.report
-                .warning(Some(span), "`answer` does nothing to a net flow on the grid")
-                .label("the gradient of the pressure of each step holds it")
-                .help("leave it out; `ramp` is the time in which the flow rises");
-        }
         return;
     }
     check_mean(case, drive.above, cx);
@@ -171,6 +168,27 @@ fn check_volume(case: &Case, drive: &Drive, cx: &mut Context<'_>) {
         return;
     }
     let place = cx.places.at("drive.acts_by");
+    let corners = (0..8).map(|n| {
+        let of = |d: usize| if n >> d & 1 == 1 { case.domain.upper[d] } else { case.domain.lower[d] };
+        let corner = Vector::new(of(0), of(1), of(2));
+        corner + CORNER * (0.5 * (case.domain.lower + case.domain.upper) - corner)
+    });
+    let corners: Vec<Vector> = corners.collect();
+    let fills = |liquid: &LiquidRegion| {
+        let Placement::Absolute(origin) = liquid.placement else { return false };
+        let region = case.region_of(liquid, origin).geometry();
+        liquid.fluid == FluidName::Liquid && corners.iter().all(|&corner| region.contains(corner))
+    };
+    let acts = drive.acceleration != Vector::ZERO || drive.oscillation.is_some();
+    if case.solver == Solver::Mics && acts && !case.liquids.iter().any(fills) {
+        cx.report
+            .warning(Some(place.clone()), "the gas is driven by this gradient of the pressure too")
+            .label(format!(
+                "it acts on every volume alike: gas is driven {} times as hard as the liquid",
+                rounded(case.fluid.liquid.density / case.fluid.gas.density)
+            ))
+            .help("leave out `acts_by` for a force by mass, as gravity along a slope, or fill the box with liquid");
+    }
     let swing = drive.oscillation.map_or(Vector::ZERO, |swing| swing.amplitude);
     for d in (0..3).filter(|&d| case.boundary[d][0] != BoundarySide::Periodic) {
         if drive.acceleration[d] != 0.0 || swing[d] != 0.0 {

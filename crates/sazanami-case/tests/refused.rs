@@ -417,9 +417,13 @@ fn keys_that_would_do_nothing_are_refused() {
         ["velocity = [\"0 m/s\", \"1 m/s\", \"0 m/s\"]", "angular_velocity = [\"0 rad/s\", \"1 rad/s\", \"0 rad/s\"]"]
     {
         let found = findings_of(TANK, &[&grain("fixed", moves)]);
-        assert!(found.len() == 1 && found[0].contains("this grain is held, and has a velocity"), "{found:#?}");
+        assert!(found.len() == 1 && found[0].contains("what is held has no velocity"), "{found:#?}");
         assert!(findings_of(TANK, &[&grain("prescribed", moves)]).is_empty());
     }
+    let lattice = "grains.0.placement.lattice={ counts = [5, 5, 5], velocity = [\"0 m/s\", \"1 m/s\", \"0 m/s\"] }";
+    let found = findings_of(TANK, &[lattice, "grains.0.motion=fixed"]);
+    assert!(found.len() == 1 && found[0].contains("what is held has no velocity"), "{found:#?}");
+    assert!(findings_of(TANK, &[lattice]).is_empty());
     // A motion by a formula has the direction of its amplitude.
     let motion = |more: &str| {
         format!("frame.motion={{ amplitude = [\"1 mm\", \"0 mm\", \"0 mm\"], frequency = \"2 Hz\"{more} }}")

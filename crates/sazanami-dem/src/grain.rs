@@ -23,7 +23,7 @@ choices! {
         Free = "free",
         /// Held in place.
         Fixed = "fixed",
-        /// Its constant velocity and angular velocity; forces do not act on it.
+        /// Its constant velocity and angular velocity, from the start of the run on; forces do not act on it.
         Prescribed = "prescribed",
         /// The velocity of the walls, to which it is fixed ([`Engine::set_wall_velocities`](crate::Engine::set_wall_velocities)).
         #[unlisted]

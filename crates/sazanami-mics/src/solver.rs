@@ -224,8 +224,8 @@ impl Solver {
     #[must_use]
     pub fn stable_step(&self) -> StableStep {
         let [grain_motion, grain_turn] = self.grains.motion_rates(&self.domain, self.settings.limits.courant);
-        // What is heavy feels gravity, the liquid the mean gradient of the pressure as well.
-        let gravity = self.settings.gravity;
+        // What is heavy feels gravity and what holds a mean velocity by mass, the liquid the mean gradient of the pressure as well.
+        let gravity = self.settings.gravity + self.by_mass();
         let of_liquid = gravity + self.projection.mean.acceleration();
         let strongest = if gravity.length() > of_liquid.length() { gravity } else { of_liquid };
         let rates = Rates {

@@ -104,14 +104,31 @@ pub struct Comparison {
 pub struct Scatter {
     /// Momentum of the drop [kg m/s].
     pub momentum: Real,
+    /// V of the runs without doubts of it, if there are two or more.
+    pub cap: Option<Repeated>,
+    /// The volume below the plane of the rim, likewise.
+    pub below_rim: Option<Repeated>,
+}
+
+/// A volume of repeated runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Repeated {
     /// Mean volume [m^3].
     pub mean: Real,
     /// Standard deviation of a single run [m^3].
     pub deviation: Real,
-    /// Both of the volume below the plane of the rim [m^3].
-    pub below_rim: [Real; 2],
     /// Number of runs.
     pub runs: usize,
+}
+
+impl Repeated {
+    fn of<'a>(volumes: impl Iterator<Item = &'a Volume>) -> Option<Self> {
+        let clear: Vec<Real> = volumes.filter(|volume| volume.doubts.is_empty()).map(|volume| volume.volume).collect();
+        let mean = clear.iter().sum::<Real>() / clear.len() as Real;
+        let squares: Real = clear.iter().map(|volume| (volume - mean).powi(2)).sum();
+        let deviation = (squares / (clear.len() as Real - 1.0)).sqrt();
+        (clear.len() > 1).then_some(Self { mean, deviation, runs: clear.len() })
+    }
 }
 
 impl Comparison {
@@ -172,23 +189,16 @@ impl Comparison {
 pub type RunText = fn(&RunResult) -> String;
 
 impl Series {
-    /// Mean and scatter of runs whose momenta agree within 1 %; only groups of two or more.
+    /// Mean and scatter of the volumes of runs whose momenta agree within 1 %; only groups of two or more.
     #[must_use]
     pub fn scatter(&self) -> Vec<Scatter> {
         let same = |a: &RunResult, b: &RunResult| b.momentum <= 1.01 * a.momentum;
         let groups = self.runs.chunk_by(same).filter(|group| group.len() > 1);
         groups
-            .map(|group| {
-                let count = group.len() as Real;
-                let mean_and_deviation = |of: fn(&RunResult) -> Real| {
-                    let mean = group.iter().map(of).sum::<Real>() / count;
-                    let squares: Real = group.iter().map(|run| (of(run) - mean).powi(2)).sum();
-                    [mean, (squares / (count - 1.0)).sqrt()]
-                };
-                let [mean, deviation] = mean_and_deviation(|run| run.cap.volume);
-                let below_rim = mean_and_deviation(|run| run.below_rim.volume);
-                let momentum = group.iter().map(|run| run.momentum).sum::<Real>() / count;
-                Scatter { momentum, mean, deviation, below_rim, runs: group.len() }
+            .map(|group| Scatter {
+                momentum: group.iter().map(|run| run.momentum).sum::<Real>() / group.len() as Real,
+                cap: Repeated::of(group.iter().map(|run| &run.cap)),
+                below_rim: Repeated::of(group.iter().map(|run| &run.below_rim)),
             })
             .collect()
     }
@@ -260,8 +270,17 @@ mod tests {
     #[test]
     fn seeds_give_a_scatter() {
         let runs = [9.0, 10.0, 11.0].map(|v| run("s", 1.0, 8e-4, v * 1e-9)).to_vec();
-        let scatter = Comparison::of(runs).series[0].scatter();
-        assert_eq!((scatter.len(), scatter[0].runs), (1, 3));
-        assert!((scatter[0].mean - 10e-9).abs() < 1e-20 && (scatter[0].deviation - 1e-9).abs() < 1e-20);
+        let scatter = |runs: &[RunResult]| Comparison::of(runs.to_vec()).series[0].scatter()[0];
+        let cap = scatter(&runs).cap.expect("three runs");
+        assert!(cap.runs == 3 && (cap.mean - 10e-9).abs() < 1e-20 && (cap.deviation - 1e-9).abs() < 1e-20);
+        // Those with doubts do not count, each volume by its own.
+        let mut doubted = runs.clone();
+        doubted[2].cap.doubts = "the rim".into();
+        let found = scatter(&doubted);
+        assert!(
+            (found.cap.expect("two runs").mean - 9.5e-9).abs() < 1e-20 && found.below_rim.expect("three").runs == 3
+        );
+        doubted[1].cap.doubts = "the rim".into();
+        assert_eq!(scatter(&doubted).cap, None);
     }
 }

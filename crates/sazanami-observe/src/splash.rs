@@ -77,8 +77,13 @@ impl SplashTracker {
     #[must_use]
     pub fn new(bed: &BedView, axis: Horizontal, grain_size: Real) -> Self {
         let linked = linked_to_bed(bed, grain_size);
-        let lying = (0..bed.len()).filter(|&grain| linked[grain]);
-        let bed_top = lying.map(|grain| bed.top_of(grain)).fold(Real::NEG_INFINITY, Real::max);
+        let top = |of: &dyn Fn(usize) -> bool| {
+            let lying = (0..bed.len()).filter(|&grain| linked[grain] && of(grain));
+            lying.map(|grain| bed.top_of(grain)).fold(Real::NEG_INFINITY, Real::max)
+        };
+        // A pier or a stone that is held stands out of the bed.
+        let free = top(&|grain| !bed.held[grain]);
+        let bed_top = if free.is_finite() { free } else { top(&|_| true) };
         let threshold = bed_top + grain_size;
         let fate = linked.iter().map(|&linked| if linked { IN_BED } else { ALREADY_FLYING }).collect();
         let (id, mass) = (bed.id.to_vec(), bed.mass.to_vec());

@@ -278,7 +278,7 @@ impl Search<'_> {
         self.thin();
         self.narrow();
         self.prepared(&lying, facts);
-        self.set_in_motion(&lying);
+        self.moving_grains(&lying);
     }
 
     /// Place of a population in the file.

@@ -25,7 +25,7 @@ pub struct Indices {
     pub mu: f64,
     /// Standard deviation of the effects; `None` of a single one.
     pub sigma: Option<f64>,
-    /// Effects that runs tell.
+    /// Steps whose effect runs tell, with seeds their mean.
     pub effects: usize,
 }
 
@@ -59,11 +59,14 @@ fn indices(places: &[Vec<f64>], values: &[Option<f64>], keys: usize, seeds: usiz
             let step = |d: usize| pair[1][d] - pair[0][d];
             let Some(key) = (0..keys).find(|&d| step(d) != 0.0) else { continue };
             let first = (trajectory * (keys + 1) + n) * seeds;
-            for seed in 0..seeds {
+            let of_seed = |seed: usize| {
                 let at = |point: usize| values.get(first + point * seeds + seed).copied().flatten();
-                if let (Some(from), Some(to)) = (at(0), at(1)) {
-                    effects[key].push((to - from) / step(key));
-                }
+                Some((at(1)? - at(0)?) / step(key))
+            };
+            // The seeds of a step are one place: its effect is their mean.
+            let of_step: Vec<f64> = (0..seeds).filter_map(of_seed).collect();
+            if let Some((mean, _)) = moments(&of_step) {
+                effects[key].push(mean);
             }
         }
     }
@@ -213,14 +216,16 @@ mod tests {
         assert_eq!(found.len(), 3, "{found:?}");
         let numbers = |row: &[String]| row[2..].iter().map(|cell| cell.parse().unwrap()).collect::<Vec<f64>>();
         assert_eq!(found[1][..2], ["erosion.volume_mm3", "b"]);
-        for (number, expected) in numbers(&found[1]).iter().zip([5.0, 0.0, 5.0, 0.0, 6.0]) {
+        for (number, expected) in numbers(&found[1]).iter().zip([5.0, 0.0, 5.0, 0.0, 3.0]) {
             assert!((number - expected).abs() < 1e-12, "{found:?}");
         }
-        assert_eq!(found[2], ["erosion.volume_mm3", "a", "0.0000e0", "0.0000e0", "0.0000e0", "0.0000e0", "6"]);
-        // A run that failed takes the effects on both sides of it, of its own seed.
+        assert_eq!(found[2], ["erosion.volume_mm3", "a", "0.0000e0", "0.0000e0", "0.0000e0", "0.0000e0", "3"]);
+        // The seeds of a step are one effect. Where runs of all of them failed it takes the effects on both sides.
         states[2].state = State::Failed("x".into());
+        assert_eq!(rows(&states)[1][6], "3", "the other seed tells them");
+        states[3].state = State::Failed("x".into());
         let found = rows(&states);
         let effects: usize = found[1..].iter().map(|row| row[6].parse::<usize>().unwrap()).sum();
-        assert_eq!(effects, 12 - 2, "{found:?}");
+        assert_eq!(effects, 6 - 2, "{found:?}");
     }
 }

@@ -214,11 +214,15 @@ fn find(
         say(format!("tank prepared before, from {}", path.display()));
         return Some(snapshot);
     }
-    // A kept tank has no bed as it was packed, which the case asks for.
-    if !preparation.cache || !preparation.is_needed() || case.output.bed.is_some() {
+    if !preparation.cache || !preparation.is_needed() {
         return None;
     }
     let path = maker.kept_at(case).filter(|path| path.is_file())?;
+    if case.output.bed.is_some() && case.packs() {
+        say("the tank is prepared anew: `output.bed` asks for the bed as it is packed, which a kept tank has not"
+            .to_owned());
+        return None;
+    }
     match read(&path) {
         Ok((recipe, snapshot)) if recipe.tank == tank_of(case) && recipe.files.as_deref() == Some(maker.files) => {
             say(format!("tank prepared by an earlier run, from {}", path.display()));

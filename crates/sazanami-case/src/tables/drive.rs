@@ -8,14 +8,15 @@ use super::Oscillation;
 use crate::read::{Context, Table};
 
 /// Time in which the force answers to the mean velocity \[s].
-pub(crate) const ANSWER: Real = 0.05;
+const ANSWER: Real = 0.05;
 /// Longest step over the time of the answer; the force swings from one on.
 pub(crate) const LONGEST_STEP: Real = 0.25;
 /// Rise of the flow, in times of the answer.
 const RISE: Real = 5.0;
 
 /// What drives the flow once the run begins, beside gravity and motion of the box: it does not act while a bed is packed and water
-/// comes to rest. It acts on water and gas by their mass, on grains as `acts_by` says.
+/// comes to rest. It acts on water and gas by their mass, on grains as `acts_by` says; on the grid with
+/// `acts_by = "volume"` as a gradient of the pressure on all volumes alike, so that gas is driven as much harder as it is lighter.
 #[derive(Clone, Copy, Debug, PartialEq, Keys)]
 #[keys(check = Self::check)]
 pub struct Drive {

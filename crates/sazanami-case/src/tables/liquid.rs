@@ -281,16 +281,18 @@ impl LiquidRegion {
         let misses = lower.cmpge(domain.upper).any() || upper.cmplt(domain.lower).any();
         // A middle on a side is meant: half of the shape beside a plane of symmetry.
         let middle = 0.5 * (lower + upper);
+        let is_box = matches!(self.region, Region::Box { .. });
         let reaches_over = (0..3).filter(|&d| !goes_on[d]).any(|d| {
-            let is_apart = |side: Vector| (middle[d] - side[d]).abs() > ROUNDED * domain.extent()[d];
-            let over = ROUNDED * domain.extent()[d];
-            lower[d] < domain.lower[d] - over && is_apart(domain.lower)
-                || upper[d] > domain.upper[d] + over && is_apart(domain.upper)
+            let (extent, over) = (domain.extent()[d], ROUNDED * domain.extent()[d]);
+            let is_apart = |side: Vector| (middle[d] - side[d]).abs() > over;
+            let below = domain.lower[d] - lower[d];
+            let above = upper[d] - domain.upper[d];
+            // A box that reaches far beyond, or beyond both sides, fills that direction.
+            let fills = is_box && (below.min(above) > over || below.max(above) >= extent);
+            !fills && (below > over && is_apart(domain.lower) || above > over && is_apart(domain.upper))
         });
-        let has_ends = matches!(
-            self.region,
-            Region::Box { .. } | Region::Sphere { .. } | Region::Spheroid { .. } | Region::Union(_)
-        );
+        let has_ends =
+            is_box || matches!(self.region, Region::Sphere { .. } | Region::Spheroid { .. } | Region::Union(_));
         if misses {
             cx.report
                 .error(table.place("region"), format!("`{}` lies outside the box", self.name))

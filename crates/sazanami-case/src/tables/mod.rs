@@ -39,7 +39,7 @@ pub use coupling::*;
 pub use dem::*;
 pub use domain::*;
 pub use drive::Drive;
-pub(crate) use drive::{ANSWER, LONGEST_STEP};
+pub(crate) use drive::LONGEST_STEP;
 pub use fluid::*;
 pub use frame::*;
 pub use gate::*;

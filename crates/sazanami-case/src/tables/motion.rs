@@ -17,7 +17,7 @@ choices! {
     pub enum WallMotion {
         /// From the tank: its walls are at rest, and the fluid feels the acceleration.
         AtRest = "at_rest",
-        /// From the laboratory, for `solver = "mps"`: the walls move.
+        /// From the laboratory, for `solver = "mps"`: the walls move, and grains of prescribed motion have theirs against the laboratory.
         Moving = "moving",
     }
 }

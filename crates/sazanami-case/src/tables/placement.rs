@@ -27,7 +27,7 @@ choices! {
 }
 
 /// A bed packed within the run. The settings of the first packed population hold for all; populations are mixed at
-/// random. Grains that are placed otherwise come in when the bed is done and have to lie above it.
+/// random. They fall straight down x3, under that part of gravity. Grains that are placed otherwise come in when the bed is done and have to lie above it.
 #[derive(Clone, Debug, PartialEq, Keys)]
 #[keys(check = Self::check)]
 pub struct Packing {
@@ -153,8 +153,8 @@ pub struct BedFile {
     #[key(range = Positive, default = 1.0)]
     pub scale: Real,
     /// Whether the grains come to rest, without fluid, before the run begins; grains that overlap part at 0.05 m/s at
-    /// most first. All grains of the case take part, on a grid behind open sides until the run begins; not beside
-    /// `placement.packed`.
+    /// most first. All grains of the case take part, on a grid behind open sides until the run begins, but those of prescribed motion wait;
+    /// not beside `placement.packed`.
     #[key(default = false)]
     pub relax: bool,
     /// The case that makes the file; named in the message if the file is missing.
@@ -229,7 +229,18 @@ impl LatticePlacement {
                 .label(reaches)
                 .help("leave out `lower` and `upper` to fill the box");
         }
+        if cx.known.motion == Motion::Fixed && self.velocity != Vector::ZERO {
+            refuse_held(table, "velocity", cx);
+        }
     }
+}
+
+/// Refuses a velocity of what is held.
+fn refuse_held(table: &Table<'_>, key: &str, cx: &mut Context<'_>) {
+    cx.report
+        .error(table.place(key), "what is held has no velocity")
+        .label("`motion = \"fixed\"` holds it in place")
+        .help("write `motion = \"prescribed\"` for grains that keep their velocity");
 }
 
 /// Orientation of a grain put by hand; none of the keys: as its body frame.
@@ -320,11 +331,7 @@ impl Grain {
                 .help("move the grain, or enlarge the box");
         }
         if self.motion == Motion::Fixed && [self.velocity, self.angular_velocity] != [Vector::ZERO; 2] {
-            let key = if self.velocity == Vector::ZERO { "angular_velocity" } else { "velocity" };
-            cx.report
-                .error(table.place(key), "this grain is held, and has a velocity")
-                .label("`motion = \"fixed\"` holds it in place")
-                .help("write `motion = \"prescribed\"` for a grain that keeps its velocity");
+            refuse_held(table, if self.velocity == Vector::ZERO { "angular_velocity" } else { "velocity" }, cx);
         }
     }
 }

@@ -68,7 +68,7 @@ struct ProbeKeys {
     /// The same at the points of a line.
     #[key(table, inline)]
     line: Option<Line>,
-    /// A plane, on a grid: volume flux, liquid flux, mean pressure.
+    /// A plane, on a grid: volume flux, liquid flux, mean pressure; between faces of cells linear between them.
     #[key(table, inline)]
     plane: Option<Plane>,
     /// A place in x1 and x2: level of the water; of moving particles those within 3 spacings across, all of a tank narrower than 6.

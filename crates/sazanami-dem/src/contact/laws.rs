@@ -139,6 +139,7 @@ impl Interactions {
     /// Changes every stiffness by a factor; restitution stays as it is.
     pub fn scale_stiffness(&mut self, factor: Real) {
         self.laws.iter_mut().for_each(|law| *law = law.with_stiffness_times(factor));
+        self.dashpots = self.laws.iter().map(|law| law.damping(1.0)).collect();
     }
 
     /// The least normal stiffness of any pair [N/m].

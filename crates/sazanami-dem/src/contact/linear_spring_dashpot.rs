@@ -120,6 +120,12 @@ impl LinearSpringDashpot {
         !matches!(self.damping, Damping::Literal { .. })
     }
 
+    /// The same law without friction and without resistance to rolling.
+    #[must_use]
+    pub fn without_friction(self) -> Self {
+        Self { friction: 0.0, rolling_friction: 0.0, ..self }
+    }
+
     /// The same law with its friction coefficient times `factor`.
     #[must_use]
     pub fn with_friction_times(self, factor: Real) -> Self {

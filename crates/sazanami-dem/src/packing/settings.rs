@@ -36,6 +36,8 @@ pub struct PackingSettings {
     pub periodic: [bool; 2],
     /// Number of the material of floor and side walls.
     pub wall_material: u32,
+    /// Material of its vertical sides.
+    pub side_material: u32,
     /// Layout of the first positions.
     pub lattice: Lattice,
     /// Spacing of the lattice over the largest extent of the grains that share it.
@@ -77,6 +79,7 @@ impl PackingSettings {
             upper,
             periodic: [false; 2],
             wall_material: 0,
+            side_material: 0,
             lattice: Lattice::Cubic,
             spacing: 1.05,
             jitter: 0.02,
@@ -170,7 +173,7 @@ impl PackingSettings {
     fn walls(&self) -> Vec<Wall> {
         let [x, y] = self.periodic.map(|periodic| [!periodic; 2]);
         // The floor comes last.
-        let mut walls = Wall::of_box(self.lower, self.upper, self.wall_material, [x, y, [false; 2]]);
+        let mut walls = Wall::of_box(self.lower, self.upper, self.side_material, [x, y, [false; 2]]);
         walls.push(Wall::at_rest(self.lower, Vector::Z, self.wall_material));
         walls
     }

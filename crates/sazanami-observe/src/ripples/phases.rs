@@ -9,7 +9,7 @@ use super::Unmeasured;
 pub struct PhaseAverage {
     /// Means at the phases `n / len`, in parts of the period.
     pub mean: Vec<Real>,
-    /// Standard deviation of the values about these means, in the unit of the series.
+    /// Standard deviation of a cycle about these means, in the unit of the series; 0 of a single one.
     pub deviation: Vec<Real>,
     /// Number of cycles averaged over.
     pub cycles: usize,
@@ -24,8 +24,8 @@ impl PhaseAverage {
     }
 }
 
-/// Averages values at times \[s] over the last `cycles` of a `period` \[s], at `phases` phases of the cycle. A value
-/// counts for the phase it is nearest to; phase zero is at time zero.
+/// Averages values at times \[s] over the last `cycles` of a `period` \[s], at `phases` phases of the cycle, between rows linear between
+/// them; phase zero is at time zero.
 ///
 /// # Errors
 /// If the series lasts fewer cycles, or if a phase has no value.
@@ -43,19 +43,41 @@ pub fn phase_average(
     if cycles == 0 || phases == 0 || series.is_empty() || found + slack < cycles as Real * (1.0 - 1e-9) {
         return Err(Unmeasured::TooFewCycles { found: if series.is_empty() { 0.0 } else { found }, needed: cycles });
     }
-    let mut sums = vec![(0.0, 0.0, 0_u32); phases];
-    let recent = |time: &Real| time / period > last - cycles as Real + 1e-6;
-    for &(time, value) in series.iter().filter(|(time, _)| recent(time)) {
-        let phase = (time / period).rem_euclid(1.0) * phases as Real;
-        let sum = &mut sums[phase.round() as usize % phases];
-        *sum = (sum.0 + value, sum.1 + value * value, sum.2 + 1);
+    // Values at the phases of each cycle, between the rows before and after.
+    let mut rows: Vec<(Real, Real)> =
+        series.iter().map(|&(time, value)| (time / period * phases as Real, value)).collect();
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let end = (last * phases as Real + ROUNDED).floor() as i64;
+    let mut values: Vec<Vec<Real>> = vec![Vec::new(); phases];
+    for place in end - (cycles * phases) as i64 + 1..=end {
+        if let Some(value) = between(&rows, place as Real) {
+            values[place.rem_euclid(phases as i64) as usize].push(value);
+        }
     }
-    if let Some(missing) = sums.iter().position(|sum| sum.2 == 0) {
+    if let Some(missing) = values.iter().position(Vec::is_empty) {
         return Err(Unmeasured::PhaseMissing { phase: missing as Real / phases as Real });
     }
-    let mean: Vec<Real> = sums.iter().map(|(sum, _, count)| sum / Real::from(*count)).collect();
-    let spread = sums.iter().zip(&mean).map(|((_, squares, n), mean)| squares / Real::from(*n) - mean * mean);
-    Ok(PhaseAverage { deviation: spread.map(|s| s.max(0.0).sqrt()).collect(), mean, cycles })
+    let mean_of = |values: &Vec<Real>| values.iter().sum::<Real>() / values.len() as Real;
+    let mean: Vec<Real> = values.iter().map(mean_of).collect();
+    let deviation = values.iter().zip(&mean).map(|(values, mean)| {
+        let squares: Real = values.iter().map(|value| (value - mean).powi(2)).sum();
+        if values.len() > 1 { (squares / (values.len() - 1) as Real).sqrt() } else { 0.0 }
+    });
+    Ok(PhaseAverage { deviation: deviation.collect(), mean, cycles })
+}
+
+/// Rounding of places in a cycle, in parts of the distance of phases.
+const ROUNDED: Real = 1e-6;
+
+/// Value at `place` between the rows beside it, if these are no farther apart than phases are.
+fn between(rows: &[(Real, Real)], place: Real) -> Option<Real> {
+    let after = rows.partition_point(|row| row.0 < place - ROUNDED);
+    let &(to, value) = rows.get(after)?;
+    if to <= place + ROUNDED {
+        return Some(value);
+    }
+    let &(from, before) = rows.get(after.checked_sub(1)?)?;
+    (to - from <= 1.0 + ROUNDED).then(|| before + (value - before) * (place - from) / (to - from))
 }
 
 /// Mean over each whole cycle of a `period` \[s] from time zero on: the end of the cycle \[s] and the mean of the values
@@ -103,6 +125,23 @@ mod tests {
         // With the first cycles in, the mean is another: the control.
         let all = phase_average(&series(7.0), PERIOD, 14, 20).expect("14 cycles");
         assert!(mean_of_cycle(&all) > 10.0 && all.deviation.iter().all(|&d| d > 10.0));
+    }
+
+    #[test]
+    fn rows_that_fall_between_phases_add_nothing_to_the_scatter() {
+        // 25 rows a cycle for 20 phases, cycles that differ by a level of one.
+        let rows = (0..=250).map(|n| PERIOD * f64::from(n) / 25.0);
+        let of = |level: fn(Real) -> Real| -> Vec<(Real, Real)> {
+            rows.clone().map(|t| (t, level(t / PERIOD) + (TAU * t / PERIOD).sin())).collect()
+        };
+        let same = phase_average(&of(|_| 0.0), PERIOD, 4, 20).expect("ten cycles");
+        assert!(same.deviation.iter().all(|&d| d < 1e-9), "{same:?}");
+        // Within the error of a chord.
+        let off = |(n, mean): (usize, &Real)| (mean - (TAU * n as Real / 20.0).sin()).abs();
+        assert!(same.mean.iter().enumerate().map(off).fold(0.0, Real::max) < 1e-2, "{same:?}");
+        // A level of 0, 1, 2, 3 in the last four cycles has a deviation of the root of 5/3.
+        let rising = phase_average(&of(|cycle| (cycle - 1e-9).floor() - 6.0), PERIOD, 4, 20).expect("ten cycles");
+        assert!((rising.deviation[10] - (5.0_f64 / 3.0).sqrt()).abs() < 1e-9, "{rising:?}");
     }
 
     #[test]

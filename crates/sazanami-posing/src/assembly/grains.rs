@@ -67,7 +67,7 @@ pub fn interactions(case: &Case) -> Interactions {
         if let Some(&law) = case.contact(first, WALL) {
             interactions.set(a as u32, walls, law);
             let slippery = case.dem.wall == WallContact::FrictionlessSides;
-            interactions.set(a as u32, sides, if slippery { law.with_friction_times(0.0) } else { law });
+            interactions.set(a as u32, sides, if slippery { law.without_friction() } else { law });
         }
     }
     interactions.with_allowed_error(case.dem.allowed_error)
@@ -466,6 +466,7 @@ pub(crate) fn packing_settings(case: &Case, how: &Packing) -> PackingSettings {
     PackingSettings {
         periodic: [periodic[0], periodic[1]],
         wall_material: case.materials.len() as u32,
+        side_material: case.materials.len() as u32 + 1,
         lattice: how.lattice,
         spacing: how.spacing,
         jitter: how.jitter,

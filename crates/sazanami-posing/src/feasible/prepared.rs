@@ -52,74 +52,88 @@ impl Search<'_> {
                 let span = self.loaded.places.near(&format!("liquid.{n}.velocity"));
                 self.report
                     .warning(span, format!("`{}` does not begin with its velocity", liquid.name))
-                    .label("the preparation brings the water to rest first")
+                    .label(if preparation.relax_steps > 0 {
+                        "the preparation brings the water to rest first"
+                    } else {
+                        "it moves on for the time of `preparation.settle` before the run begins"
+                    })
                     .help(format!("{AS_PUT}, or hold a mean velocity with `drive.mean_velocity`"));
             }
         }
     }
 
-    /// Refuses grains with a velocity that forces would take from them while a bed comes to rest before the run, and warns of single ones in
-    /// the air, which fall meanwhile. Grains whose motion is prescribed wait.
-    pub(super) fn set_in_motion(&mut self, lying: &[Placed]) {
+    /// Refuses grains with a velocity that forces would take from them while a bed comes to rest before the run, and warns of single ones that
+    /// nothing bears, which move meanwhile. Grains whose motion is prescribed wait.
+    pub(super) fn moving_grains(&mut self, lying: &[Placed]) {
         let case = self.case;
-        let (waits, way_out) = match case.solver {
-            Solver::Mps => (case.preparation.settle > 0.0, AS_PUT),
-            Solver::Mics => (case.relaxes(), "leave out `placement.bed.relax`"),
-        };
-        if !waits || case.run.packing_only {
+        let settles = case.solver == Solver::Mps && case.preparation.settle > 0.0;
+        if case.run.packing_only || !(settles || case.relaxes()) {
             return;
         }
-        let moving = |n: usize| -> Option<String> {
-            match &case.grains[n].placement {
+        let mut ways = Vec::new();
+        if settles {
+            ways.push(AS_PUT);
+        }
+        if case.relaxes() {
+            ways.push("leave out `placement.bed.relax`");
+        }
+        let way_out = ways.join(" and ");
+        let of_bed = |grain: &&Placed| matches!(grain.origin, Origin::Bed { .. });
+        let reach = |grain: &Placed| grain.factor * self.shapes[grain.population].bounding_radius();
+        let tops = lying.iter().filter(of_bed).map(|grain| grain.position.z + reach(grain));
+        let bed = tops.fold(self.top_of_packed(), Real::max);
+        let falls = case.resting_gravity().z < 0.0;
+        let mut found = Vec::new();
+        for (n, population) in case.grains.iter().enumerate() {
+            let is_free = |motion: Motion| motion == Motion::Free && population.release.is_none();
+            let moving = match &population.placement {
                 GrainPlacement::List(list) => list
                     .iter()
                     .position(|grain| {
-                        let moves = grain.velocity != Vector::ZERO || grain.angular_velocity != Vector::ZERO;
-                        grain.motion == Motion::Free && moves
+                        is_free(grain.motion) && [grain.velocity, grain.angular_velocity] != [Vector::ZERO; 2]
                     })
                     .map(|index| format!("grains.{n}.placement.list.{index}")),
-                GrainPlacement::Lattice(lattice) => {
-                    let moves = lattice.velocity != Vector::ZERO && case.grains[n].motion == Motion::Free;
-                    moves.then(|| format!("grains.{n}.placement.lattice.velocity"))
-                }
-                _ => None,
-            }
-        };
-        for (n, population) in case.grains.iter().enumerate() {
-            if let Some(path) = moving(n) {
-                self.report
-                    .error(
-                        self.loaded.places.at(&path),
-                        format!("`{}` would not begin with its velocity", population.name),
-                    )
-                    .label("it moves and loses it while the bed comes to rest before the run")
-                    .help(format!("{way_out}: the run then begins with all grains as they are put"));
-            }
-        }
-        let of_bed = |grain: &&Placed| matches!(grain.origin, Origin::Bed { .. });
-        let reach = |grain: &Placed| grain.factor * self.shapes[grain.population].bounding_radius();
-        let heights = lying.iter().filter(of_bed).map(|grain| grain.position.z + reach(grain));
-        let bed = heights.fold(self.top_of_packed(), Real::max);
-        let mut in_the_air = Vec::new();
-        for grain in lying.iter().filter(|grain| !of_bed(grain)) {
-            let GrainPlacement::List(list) = &case.grains[grain.population].placement else { continue };
-            let borne = |other: &Placed| {
-                (other.population, other.index) != (grain.population, grain.index)
-                    && other.position.distance(grain.position) < NEAR * (reach(grain) + reach(other))
+                GrainPlacement::Lattice(lattice) => (is_free(population.motion) && lattice.velocity != Vector::ZERO)
+                    .then(|| format!("grains.{n}.placement.lattice.velocity")),
+                _ => continue,
             };
-            let is_free = list[grain.index].motion == Motion::Free
-                && moving(grain.population).is_none()
-                && case.resting_gravity().z < 0.0;
-            if is_free && self.lowest(grain) > bed + reach(grain) && !lying.iter().any(borne) {
-                in_the_air.push(*grain);
+            if let Some(path) = moving {
+                found.push((true, path, format!("`{}` would not begin with its velocity", population.name)));
+                continue;
             }
+            let GrainPlacement::List(list) = &population.placement else { continue };
+            let is_borne = |grain: &Placed| {
+                lying.iter().any(|other| {
+                    (other.population, other.index) != (grain.population, grain.index)
+                        && other.position.distance(grain.position) < NEAR * (reach(grain) + reach(other))
+                })
+            };
+            let hangs = |grain: &&Placed| {
+                grain.population == n
+                    && is_free(list[grain.index].motion)
+                    && self.lowest(grain) > bed + reach(grain)
+                    && !is_borne(grain)
+            };
+            let mut in_the_air = lying.iter().filter(hangs);
+            let Some(first) = in_the_air.next().filter(|_| falls) else { continue };
+            let (name, others) = (self.name(first).0, in_the_air.count());
+            let which = if others > 0 { format!("{name} and {others} more move") } else { format!("{name} moves") };
+            let path = format!("grains.{n}.placement.list.{}.position", first.index);
+            found.push((false, path, format!("{which} before the run begins")));
         }
-        for grain in in_the_air {
-            let (name, span) = self.name(&grain);
-            self.report
-                .warning(Some(span), format!("{name} falls before the run begins"))
-                .label("it lies above bed and floor, and the bed comes to rest before the run")
-                .help(format!("leave it so if it is to come down first; else {way_out}"));
+        for (refused, path, title) in found {
+            let span = self.loaded.places.at(&path);
+            if refused {
+                self.report
+                    .error(span, title)
+                    .label("it moves, and loses it, while the bed comes to rest before the run")
+                    .help(format!("{way_out}: the run then begins with all grains as they are put"));
+            } else {
+                self.report
+                    .warning(Some(span), title)
+                    .label("neither floor, bed nor grains bear it, and the bed comes to rest before the run")
+                    .help(format!("leave it so if it is to come down first; else {way_out}"));
+            }
         }
     }
 

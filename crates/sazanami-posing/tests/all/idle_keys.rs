@@ -3,6 +3,7 @@
 use crate::absurd_cases::{all_reported, findings};
 
 const LOBOVSKY: &str = "../verification/mps-dam-break-lobovsky/case.toml";
+const RIPPLES: &str = "ripples/quick.toml";
 const RAINDROP: &str = "raindrop/small.toml";
 const GRADED: &str = "raindrop/graded.toml";
 const PACKING: &str = "templates/packing.toml";
@@ -17,16 +18,17 @@ fn says(case: &str, overrides: &[&str], words: &str) -> bool {
 #[test]
 fn keys_of_the_grid_do_nothing_to_moving_particles() {
     const IDLE: &str = "does nothing with `solver = \"mps\"`";
-    let keys = ["dt=1e-6 s", "cfl=0.2", "viscosity=off", "tol_div=1e-9"];
+    let keys = ["cfl=0.2", "viscosity=off", "tol_div=1e-9", "pressure_iterations=50", "convection=velocity_form"];
     for key in keys.map(|key| format!("fluid.{key}")) {
         assert!(says(LOBOVSKY, &[&key], IDLE), "{key}");
         assert!(!says(RAINDROP, &[&key], IDLE), "{key}");
     }
     // Negative control: beside their counterparts, as a case for both solvers and a copy of a case have them.
+    assert!(!says("both/dam-break.toml", &["solver=mps", "fluid.cfl=0.2"], IDLE));
     for both in [
         ["fluid.cfl=0.2", "particles.courant=0.1"],
         ["fluid.tol_div=1e-9", "particles.tolerance=1e-9"],
-        ["fluid.dt_max=1e-5 s", "particles.dt_max=2 ms"],
+        ["fluid.dt=1e-5 s", "particles.dt_max=2 ms"],
     ] {
         assert!(!says(LOBOVSKY, &both, IDLE), "{both:?}");
     }
@@ -35,10 +37,17 @@ fn keys_of_the_grid_do_nothing_to_moving_particles() {
 #[test]
 fn beds_are_packed_together_and_straight_down() {
     let slanted = "gravity=[\"2 m/s^2\", \"0 m/s^2\", \"-9 m/s^2\"]";
-    all_reported(true, &[(PACKING, slanted, "by 12.53 degrees against x3")]);
-    const SLANTS: &str = "gravity slants";
-    assert!(!says(PACKING, &[], SLANTS));
-    assert!(!says(PACKING, &[slanted, "grains.0.placement.packed.level=5 mm"], SLANTS));
+    let shaken = "frame.acceleration=[\"2 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"]";
+    let flows = "run={ until = \"1 ms\" }";
+    const SLANTS: &str = "packed straight down, and gravity in its box slants";
+    for (change, words) in [(slanted, "by 12.53 degrees against x3"), (shaken, "by 11.53 degrees against x3")] {
+        assert!(says(PACKING, &[change, flows], words) && says(PACKING, &[change, flows], SLANTS), "{change}");
+    }
+    assert!(!says(PACKING, &[flows], SLANTS) && !says(PACKING, &[slanted], SLANTS));
+    assert!(!says(PACKING, &[slanted, flows, "grains.0.placement.packed.level=5 mm"], SLANTS));
+    assert!(!says(RIPPLES, &[slanted], SLANTS) && says(RIPPLES, &[slanted, "preparation.settle=0 s"], SLANTS));
+    let lifted = "frame.acceleration=[\"0 m/s^2\", \"0 m/s^2\", \"-9.81 m/s^2\"]";
+    all_reported(false, &[(PACKING, lifted, "the acceleration of the box lifts these grains off the floor")]);
     // The second population is packed as the first says.
     assert!(says(PACKING, &["grains.1.placement.packed.jitter=0.2"], "`jitter` of `sticks` does nothing"));
     assert!(!says(PACKING, &["grains.0.placement.packed.jitter=0.2"], "does nothing"));
@@ -51,16 +60,6 @@ fn probes_on_grains_that_levelling_takes_are_told_on_the_grid_too() {
     let probe = "probe=[{ name = \"top\", body = { population = \"pebbles\", index = 599 } }]";
     assert!(says(PACKING, &[probe, "grains.0.placement.packed.level=1 mm"], TAKEN));
     assert!(!says(PACKING, &[probe], TAKEN));
-}
-
-#[test]
-fn what_holds_a_net_flow_has_no_time_of_answer() {
-    const IDLE: &str = "`answer` does nothing to a net flow on the grid";
-    let drive = |more: &str| {
-        format!("drive={{ mean_velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"], acts_by = \"volume\"{more} }}")
-    };
-    assert!(says(CHANNEL, &[&drive(", answer = \"2 s\"")], IDLE));
-    assert!(!says(CHANNEL, &[&drive("")], IDLE));
 }
 
 #[test]
@@ -79,6 +78,8 @@ fn liquids_that_reach_over_the_box_are_told() {
     };
     assert!(says("ripples/paper.toml", &[&water("80 mm")], CUT));
     assert!(!says("ripples/paper.toml", &[&water("75 mm")], CUT));
+    // What reaches a length of the box beyond it fills it.
+    assert!(!says("ripples/paper.toml", &[&water("1 m")], CUT));
 }
 
 #[test]
@@ -94,4 +95,21 @@ fn sizes_in_a_bed_file_are_those_of_the_case() {
     let differs = |size: &str| says(RAINDROP, &[&own[..], &[size]].concat(), OTHER);
     assert!(!differs("grains.0.size={ uniform = { lower = 1, upper = 3 } }"));
     assert!(differs("grains.0.size={ uniform = { lower = 1, upper = 2.9 } }"));
+}
+
+#[test]
+fn the_angle_of_a_heap_in_a_tilted_box_is_told_to_be_against_its_floor() {
+    const FLOOR: &str = "the angle of the heap is that against the floor of its box";
+    let tilted = "gravity=[\"3.355 m/s^2\", \"0 m/s^2\", \"-9.218 m/s^2\"]";
+    assert!(says("heap/column.toml", &[tilted], FLOOR) && says("heap/column.toml", &[tilted], "by 20 degrees"));
+    assert!(!says("heap/column.toml", &[], FLOOR));
+}
+
+#[test]
+fn a_gradient_of_the_pressure_that_drives_gas_is_told() {
+    const GAS: &str = "the gas is driven by this gradient of the pressure too";
+    let drive = "drive={ acceleration = [\"0.1 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"], acts_by = \"volume\" }";
+    let half = "liquid.0.region.box.upper=[\"2 m\", \"2 m\", \"1 m\"]";
+    assert!(says(CHANNEL, &[drive, half], GAS) && says(CHANNEL, &[drive, half], "gas is driven"));
+    assert!(!says(CHANNEL, &[drive], GAS) && !says(CHANNEL, &[&drive.replace("volume", "mass"), half], GAS));
 }

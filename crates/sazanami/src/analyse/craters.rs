@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use sazanami_io::table::write_csv;
 use sazanami_numerics::Real;
-use sazanami_observe::comparison::{Comparison, PowerLaw, RunResult, Series, Volume};
+use sazanami_observe::comparison::{Comparison, PowerLaw, Repeated, RunResult, Series, Volume};
 use sazanami_observe::erosion::{NOT_AT_REST, RIM_AT_EDGE};
 
 use super::lines::{aligned, number};
@@ -152,16 +152,16 @@ fn conclusions(series: &Series) -> Vec<String> {
     if series.runs.iter().any(|run| run.cap.doubts.contains(RIM_AT_EDGE)) {
         lines.push(format!("warning: where {RIM_AT_EDGE}, no volume is reliable: make the box wider"));
     }
-    for scatter in series.scatter().iter().filter(|scatter| scatter.runs > 1) {
-        let of =
-            |[mean, deviation]: [Real; 2]| format!("{:.2} mm^3, deviation {:.2} mm^3", 1e9 * mean, 1e9 * deviation);
-        lines.push(format!(
-            "m v = {:.1} g cm/s: below the rim {}; V = {}; over {} runs",
-            1e5 * scatter.momentum,
-            of(scatter.below_rim),
-            of([scatter.mean, scatter.deviation]),
-            scatter.runs
-        ));
+    for scatter in series.scatter() {
+        for (what, repeated) in [("below the rim", scatter.below_rim), ("V", scatter.cap)] {
+            let Some(Repeated { mean, deviation, runs }) = repeated else { continue };
+            let momentum = 1e5 * scatter.momentum;
+            lines.push(format!(
+                "m v = {momentum:.1} g cm/s: {what} {:.2} mm^3, deviation {:.2} mm^3 over {runs} runs without doubts of it",
+                1e9 * mean,
+                1e9 * deviation
+            ));
+        }
     }
     lines
 }

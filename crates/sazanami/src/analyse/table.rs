@@ -62,10 +62,12 @@ impl Table {
     }
 
     /// Number of the first line that is no row, that of the headings being 1: it has another number of cells than the
-    /// headings, or its first cell is not a number.
+    /// headings, or its first cell is not a number where it is that of a step.
     fn damaged_line(&self) -> Option<usize> {
+        let of_steps = self.columns.first().is_some_and(|name| name == "step");
         let is_row = |row: &String| {
-            fields(row).count() == self.columns.len() && !value(fields(row).next().unwrap_or_default()).is_nan()
+            let begins = !of_steps || !value(fields(row).next().unwrap_or_default()).is_nan();
+            begins && fields(row).count() == self.columns.len()
         };
         self.rows.iter().position(|row| !is_row(row)).map(|row| row + 2)
     }

@@ -67,7 +67,7 @@ impl<O: Observer> Further<O> {
             => |row| of_mean_flow(row, |flow| flow.acceleration.x);
         "driving_acceleration_2", "m/s^2", "the same along x2" => |row| of_mean_flow(row, |flow| flow.acceleration.y);
         "driving_acceleration_3", "m/s^2", "the same along x3" => |row| of_mean_flow(row, |flow| flow.acceleration.z);
-        "driving_stress_1", "Pa", "that force on the water above `drive.above` over the plan of the box along x1: in steady flow the shear stress on what lies below"
+        "driving_stress_1", "Pa", "that force on the water above `drive.above` over the plan of the box along x1: in steady flow the shear stress on what lies below, where no lid and no side walls bear a part of it"
             => |row| of_mean_flow(row, |flow| flow.stress.x);
         "driving_stress_2", "Pa", "the same along x2" => |row| of_mean_flow(row, |flow| flow.stress.y);
     };

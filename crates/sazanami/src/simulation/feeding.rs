@@ -25,6 +25,8 @@ struct Stream {
     next: usize,
     /// Whether some may still be on their way in.
     carries: bool,
+    /// Whether the next one was due and found no room.
+    waits: bool,
 }
 
 /// All that are fed in.
@@ -43,7 +45,7 @@ impl Feeding {
             let GrainPlacement::Fed(feed) = &kind.placement else { return None };
             let scales = factors(kind, kind.grains().unwrap_or_default());
             let next = arrivals.by_shape[population] as usize;
-            Some(Stream { population, feed: feed.clone(), seed: kind.seed, scales, next, carries: true })
+            Some(Stream { population, feed: feed.clone(), seed: kind.seed, scales, next, carries: true, waits: false })
         };
         Self { streams: case.grains.iter().enumerate().filter_map(stream).collect() }
     }
@@ -54,7 +56,9 @@ impl Feeding {
         for stream in &mut self.streams {
             stream.look(water.engine(), water.domain(), &mut inside);
             while stream.due().is_some_and(|due| due <= time * (1.0 + END)) {
-                let Some(grain) = stream.place(case, water.engine(), water.domain(), step, &mut ways) else { break };
+                let placed = stream.place(case, water.engine(), water.domain(), step, &mut ways);
+                stream.waits = placed.is_none();
+                let Some(grain) = placed else { break };
                 fed.push(grain);
                 stream.next += 1;
                 stream.carries = true;
@@ -70,16 +74,15 @@ impl Feeding {
 
     /// What is to be said of grains that were due by `time` \[s] and found no room.
     pub fn waiting(&self, time: Real) -> Option<String> {
-        let late = |stream: &Stream| {
+        let due = |stream: &Stream| {
             (stream.next..stream.scales.len()).take_while(|&n| stream.feed.due(n) <= time * (1.0 + END)).count()
         };
-        let late: usize = self.streams.iter().map(late).sum();
-        (late > 0).then(|| {
-            format!(
-                "warning: {late} grains that were due are not fed in: there was no room at their side; feed fewer, faster, or through a \
-                 larger part of it"
-            )
-        })
+        let late: usize = self.streams.iter().filter(|stream| stream.waits).map(due).sum();
+        let said = format!(
+            "warning: grains that were due and are not fed in, as there is no room at their side: {late}; feed fewer, faster, or through a \
+             larger part of it"
+        );
+        (late > 0).then_some(said)
     }
 
     /// The next time at which a step has to end for a grain to come \[s].

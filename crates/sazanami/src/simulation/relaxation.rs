@@ -43,6 +43,8 @@ impl Relaxation {
     /// Begins with grains as they lie, on a clock that begins at 0.
     pub fn new(mut engine: Engine) -> Self {
         engine.allow_any_overlap(true);
+        // The bed is taken up anew, each grain by the rank in whose part it lies.
+        engine.own_promptly();
         Self { engine, parting: true, parted: 0.0 }
     }
 
@@ -52,6 +54,7 @@ impl Relaxation {
         let (parting, parted) = (state[0] > 0.0, state[1]);
         let mut engine = Engine::restore(domain, setup, RELAXATION, snapshot)?;
         engine.allow_any_overlap(parting);
+        engine.own_promptly();
         Ok(Self { engine, parting, parted })
     }
 

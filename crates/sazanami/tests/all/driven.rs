@@ -280,9 +280,9 @@ fn flows_that_cannot_be_driven_are_refused() {
     let upwards = "drive.acceleration=[\"0 m/s^2\", \"0 m/s^2\", \"1 m/s^2\"]";
     let found = findings(PLATES, &["solver=mps", by_volume, upwards]);
     assert!(found.len() == 1 && found[0].contains("a gradient of pressure along x3 does nothing"), "{found:#?}");
-    assert!(findings(PLATES, &["solver=mps", by_volume]).is_empty());
-    // On the grid it holds the net flow, step by step.
-    assert!(findings(PLATES, &["solver=mics", by_volume, "drive.answer=50 ms"]).is_empty());
+    for solver in ["solver=mps", "solver=mics"] {
+        assert!(findings(PLATES, &[solver, by_volume]).is_empty());
+    }
 }
 
 /// A bead in hardly any gas in a box that is shaken: it stays where it is, so that in the box it swings.

@@ -155,12 +155,20 @@ fn grains_that_find_no_room_are_told() {
         placement.lattice = { upper = [\"2 mm\", \"8 mm\", \"8 mm\"], counts = [1, 4, 4] }\n";
     let said = |name: &str, stones: &str| {
         let scratch = Scratch::new(name);
-        let loaded = load(&format!("{STREAM}{stones}"), &["run.until=9 ms", "probe=[]"]);
+        let ends = if name == "feeding-end" {
+            ["run.until=8 ms", "grains.0.placement.fed.rate=125 Hz"]
+        } else {
+            ["run.until=9 ms", "grains.0.placement.fed.rate=120 Hz"]
+        };
+        let loaded = load(&format!("{STREAM}{stones}"), &[&ends[..], &["probe=[]"]].concat());
         heard(&loaded, &On::threads(1).options(Some(&scratch.join("run")))).messages
     };
-    let waits = |said: &[String]| said.iter().any(|text| text.contains("2 grains that were due are not fed in"));
+    let waits = |said: &[String]| {
+        said.iter().any(|text| text.contains("are not fed in, as there is no room at their side: 2;"))
+    };
     let blocked = said("feeding-blocked", STONES);
     assert!(waits(&blocked), "{blocked:?}");
-    // Negative control: without stones they come in.
+    // Negative controls: without stones they come in, and one that is due at the end has not been tried.
+    assert!(said("feeding-end", "").iter().all(|text| !text.contains("not fed in")));
     assert!(!waits(&said("feeding-clear", "")));
 }

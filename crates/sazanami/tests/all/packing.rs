@@ -224,3 +224,43 @@ fn a_levelled_bed_comes_to_rest_behind_an_open_side_and_flows_out_in_the_run() {
     let closed = ran(OPEN, &["boundary.x1_upper=no_slip"], &scratch.join("closed"), On::threads(1));
     assert_eq!((height(&closed), departed(&closed).last()), (height(&open), Some(&0.0)));
 }
+
+#[test]
+fn no_grain_of_a_bed_that_is_taken_up_anew_is_lost_between_ranks() {
+    let scratch = Scratch::new("packing-ranks");
+    // Beds of 1,400 beads that slide while they come to rest, across the seams of the ranks.
+    let set = [
+        "domain={ size = [\"12 mm\", \"12 mm\", \"12 mm\"], cells = [12, 12, 12] }",
+        "grains.0={ name = \"beads\", shape = { sphere = { diameter = \"0.8 mm\" } }, placement = { packed = { level = \"5 mm\", ripples = { wavelength = \"12 mm\", height = \"6 mm\" } } } }",
+        "contact.default={ restitution = 0.5, normal_stiffness = \"300 N/m\", friction = 0.4 }",
+        "run={ until = \"1 ms\", steps = 1 }",
+    ];
+    let grains = |ranks: usize| {
+        let left = ran(OPEN, &set, &scratch.join(&ranks.to_string()), On::ranks(ranks, 1));
+        left.summary["counts"]["grains"].as_u64().expect("a number")
+    };
+    let alone = grains(1);
+    assert!(alone > 1000 && grains(2) == alone, "{alone}");
+}
+
+/// A column between sides without friction.
+const COLUMN: &str = include_str!("../cases/packing-column.toml");
+/// A ball that spins on such a side.
+const SPINNING: &str = include_str!("../cases/frictionless-ball.toml");
+
+#[test]
+fn sides_without_friction_bear_no_weight_from_the_packing_on_and_brake_no_spin() {
+    let scratch = Scratch::new("frictionless");
+    let share = |name: &str, set: &[&str]| {
+        let left = ran(COLUMN, set, &scratch.join(name), On::threads(1));
+        let speeds = left.column("largest_grain_speed");
+        speeds.iter().skip(1).copied().fold(0.0, Real::max) / speeds[0]
+    };
+    // A bed that is settled stays so; on springs that the run takes away it would begin to fall, at three times the speed.
+    assert!(share("column", &[]) < 2.0, "{}", share("column", &[]));
+    let spin =
+        |name: &str, set: &[&str]| ran(SPINNING, set, &scratch.join(name), On::threads(1)).probe("ball").last("spin_2");
+    assert!((spin("free", &[]) - 100.0).abs() < 1e-9);
+    // Negative control: sides as the grains.
+    assert!(spin("braked", &["dem.wall=as_grains"]) < 50.0);
+}

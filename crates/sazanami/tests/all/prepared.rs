@@ -111,7 +111,8 @@ fn grains_whose_motion_is_prescribed_wait_for_the_run_to_begin() {
     let falls = |overrides: &[&str]| {
         let (runs, found) = before_run(&load(BALL, overrides), &Machine::this());
         assert!(runs, "{found:?}");
-        found.iter().any(|finding| finding.contains("grain 0 of `ball` falls before the run begins"))
+        found.iter().any(|finding| finding.contains("grain 0 of `ball` moves before the run begins"))
     };
     assert!(falls(&[free, at_rest]) && !falls(&[at_rest]) && !falls(&[free, at_rest, AS_PUT]));
+    assert!(!falls(&[free, at_rest, "grains.1.release=1 ms"]));
 }

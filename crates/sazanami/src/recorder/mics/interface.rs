@@ -5,6 +5,8 @@ use std::f64::consts::TAU;
 use sazanami_mics::solver::Solver;
 use sazanami_numerics::{Real, Vector};
 
+/// Length of the mean direction of the gas along a periodic direction from which on it lies together there: 1 at one place, 0 all along.
+const TOGETHER: Real = 0.2;
 /// Part of the box that is no gas but the rounding of liquid fractions.
 const ROUNDING: Real = 1e-12;
 
@@ -46,31 +48,36 @@ impl Interface {
         let c = flow.volume_fraction.data();
         let (grid, periodic) = (domain.grid(), domain.periodic());
         let (lower, extent) = (grid.lower, grid.extent());
-        // Along periodic directions a place is an angle, whose mean direction has no seam.
-        let [volume, moments @ ..] = domain.sum(domain.sum_rows(&domain.interior(), |row| {
+        // Along periodic directions the mean is taken from a seam opposite the gas, if it lies together.
+        let angle = |d: usize, place: Vector| TAU * (place[d] - lower[d]) / extent[d];
+        let [volume, turns @ ..] = domain.sum(domain.sum_rows(&domain.interior(), |row| {
             let mut sums = [0.0; 7];
             for (at, i) in row.shifted(0).zip(row.first..) {
                 let (gas, place) = (1.0 - c[at], domain.centre(i, row.j, row.k));
                 sums[0] += gas;
-                for d in 0..3 {
-                    let [x, y] = if periodic[d] {
-                        let (sin, cos) = (TAU * (place[d] - lower[d]) / extent[d]).sin_cos();
-                        [cos, sin]
-                    } else {
-                        [place[d], 0.0]
-                    };
-                    sums[1 + 2 * d] += gas * x;
-                    sums[2 + 2 * d] += gas * y;
+                for d in (0..3).filter(|&d| periodic[d]) {
+                    let (sin, cos) = angle(d, place).sin_cos();
+                    sums[1 + 2 * d] += gas * cos;
+                    sums[2 + 2 * d] += gas * sin;
                 }
             }
             sums
         }));
-        let centre = |d: usize| {
-            let [x, y] = [moments[2 * d] / volume, moments[2 * d + 1] / volume];
-            // Gas all along the direction has no centre there but that of the box.
-            let part = if x.hypot(y) > ROUNDING.sqrt() { (y.atan2(x) / TAU).rem_euclid(1.0) } else { 0.5 };
-            if periodic[d] { lower[d] + extent[d] * part } else { x }
-        };
+        let seam: [Real; 3] = std::array::from_fn(|d| {
+            let [x, y] = [turns[2 * d] / volume, turns[2 * d + 1] / volume];
+            let opposite = lower[d] + extent[d] * (y.atan2(x) / TAU + 0.5).rem_euclid(1.0);
+            if periodic[d] && x.hypot(y) > TOGETHER { opposite } else { lower[d] }
+        });
+        let from_seam = |d: usize, place: Vector| (place[d] - seam[d]).rem_euclid(extent[d]);
+        let moments = domain.sum(domain.sum_rows(&domain.interior(), |row| {
+            let mut sums = [0.0; 3];
+            for (at, i) in row.shifted(0).zip(row.first..) {
+                let (gas, place) = (1.0 - c[at], domain.centre(i, row.j, row.k));
+                (0..3).for_each(|d| sums[d] += gas * from_seam(d, place));
+            }
+            sums
+        }));
+        let centre = |d: usize| lower[d] + (seam[d] - lower[d] + moments[d] / volume).rem_euclid(extent[d]);
         Some(Self {
             energy: solver.surface_energy(),
             speed: domain.max(fastest).sqrt(),

@@ -125,9 +125,9 @@ pub(in crate::recorder) const INTERFACE: &[SeriesCell<GridObserver>] = quantitie
         => |row| of_interface(row, |interface| interface.speed);
     "velocity_deviation", "m/s", "root mean square by mass of the difference of the velocity from its mean"
         => |row| of_interface(row, |interface| interface.deviation);
-    "gas_centre_1", "m", "mean x1 of the gas; empty where there is none"
+    "gas_centre_1", "m", "mean x1 of the gas, across periodic sides where it lies together; empty where there is none"
         => |row| of_interface(row, |interface| interface.gas_centre.map(|centre| centre.x));
-    "gas_centre_3", "m", "mean x3 of the gas; empty where there is none"
+    "gas_centre_3", "m", "mean x3 of the gas, the same; empty where there is none"
         => |row| of_interface(row, |interface| interface.gas_centre.map(|centre| centre.z));
     "curvature_by_columns", "", "cells whose curvature came from heights in columns in the last step"
         => |row| of_step(row, |step| step.pressure.surface_tension.by_columns);

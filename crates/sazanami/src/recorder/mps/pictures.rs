@@ -40,7 +40,7 @@ pub(super) fn draw(
     let name = format!("{:09}", clock.step());
     let moment = moment(job.case, observer.period, clock.time());
     let grains = files.figure(&format!("grains-{name}.png"));
-    let side = side_view(job.case, observer, &moment);
+    let side = side_view(job.case, observer, &moment, job.case.effective_gravity([clock.time(); 2]));
     files.drawing.add(move || artist.draw(&Figure::Tank(&side), &grains));
     Ok(())
 }
@@ -73,9 +73,10 @@ fn two_digits(value: Real) -> Real {
 }
 
 /// The tank from the side: grains by speed, drag and pressure force, and the velocity of the water in a window.
-fn side_view(case: &Case, observer: &ParticleObserver, moment: &str) -> SideView {
+fn side_view(case: &Case, observer: &ParticleObserver, moment: &str, body_force: Vector) -> SideView {
     let (lower, upper) = (case.domain.lower, case.domain.upper);
-    let (discs, what, fastest) = if case.grains.is_empty() { of_water(observer) } else { of_grains(case, observer) };
+    let (discs, what, fastest) =
+        if case.grains.is_empty() { of_water(observer, body_force) } else { of_grains(case, observer) };
     let Discs { position, diameter, panels } = discs;
     let water = observer.water.points_with_gaps().collect();
     let middle = 0.5 * (lower + upper);
@@ -125,15 +126,14 @@ fn of_grains(case: &Case, observer: &ParticleObserver) -> (Discs, &'static str, 
 }
 
 /// The particles of water of a tank without grains by speed and pressure, as [`of_grains`]; colours go to the largest values.
-fn of_water(observer: &ParticleObserver) -> (Discs, &'static str, Real) {
+fn of_water(observer: &ParticleObserver, body_force: Vector) -> (Discs, &'static str, Real) {
     let water = &observer.gathered.water;
     let speed: Vec<Real> = water.velocity.iter().map(|v| v.length()).collect();
     let largest = |values: &[Real]| values.iter().fold(0.0, |most: Real, value| most.max(value.abs()));
-    let (fastest, pressure) = (largest(&speed).max(SLOW), largest(&water.pressure).max(NO_PRESSURE));
-    let panels = vec![
-        Colouring::WaterSpeed(speed, fastest),
-        Colouring::Signed(water.pressure.clone(), "pressure p [Pa]".to_owned(), pressure),
-    ];
+    let pressure: Vec<Real> = (0..speed.len()).map(|n| observer.gathered.pressure(n, body_force)).collect();
+    let (fastest, highest) = (largest(&speed).max(SLOW), largest(&pressure).max(NO_PRESSURE));
+    let panels =
+        vec![Colouring::WaterSpeed(speed, fastest), Colouring::Signed(pressure, "pressure p [Pa]".to_owned(), highest)];
     let diameter = vec![observer.gathered.spacing; water.position.len()];
     (Discs { position: water.position.clone(), diameter, panels }, "particles of water", fastest)
 }
