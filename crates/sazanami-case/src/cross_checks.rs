@@ -92,7 +92,8 @@ const LEVEL: Real = 0.017;
 fn check_heap(case: &Case, cx: &mut Context<'_>) {
     let gravity = case.resting_gravity();
     let tilt = gravity.x.hypot(gravity.y).atan2(-gravity.z);
-    if let Some(span) = cx.places.of("heap").filter(|_| !falls_elsewhere(case) && tilt > LEVEL) {
+    let falls = gravity != Vector::ZERO && !falls_elsewhere(case);
+    if let Some(span) = cx.places.of("heap").filter(|_| falls && tilt > LEVEL) {
         cx.report
             .warning(Some(span), "the angle of the heap is that against the floor of its box")
             .label(format!("gravity slants by {} degrees against x3", rounded(tilt.to_degrees())))
@@ -191,22 +192,21 @@ fn check_keys_of_the_grid(case: &Case, cx: &mut Context<'_>) {
         return;
     }
     let steps = ["particles.dt", "particles.dt_max"];
-    let counterparts: [(&str, &[&str]); 9] = [
-        ("dt", &steps),
-        ("dt_max", &steps),
-        ("dt_first", &steps),
-        ("dt_growth", &steps),
-        ("cfl", &["particles.courant"]),
-        ("tol_div", &["particles.tolerance"]),
-        ("pressure_iterations", &["particles.pressure_iterations"]),
-        ("convection", &[]),
-        ("pressure_form", &[]),
+    let counterparts: [(&str, &[&str], Option<&str>); 9] = [
+        ("dt", &steps, Some("dt")),
+        ("dt_max", &steps, Some("dt_max")),
+        ("dt_first", &steps, None),
+        ("dt_growth", &steps, None),
+        ("cfl", &["particles.courant"], Some("courant")),
+        ("tol_div", &["particles.tolerance"], Some("tolerance")),
+        ("pressure_iterations", &["particles.pressure_iterations"], Some("pressure_iterations")),
+        ("convection", &[], None),
+        ("pressure_form", &[], None),
     ];
     let mut idle: Vec<(&str, String)> = Vec::new();
-    for (key, others) in counterparts {
-        if others.iter().all(|other| cx.places.of(other).is_none()) {
-            let help = others.first().map_or("leave it out".to_owned(), |other| format!("the key is `{other}`"));
-            idle.push((key, help));
+    for (key, beside, meant) in counterparts {
+        if beside.iter().all(|other| cx.places.of(other).is_none()) {
+            idle.push((key, meant.map_or("leave it out".into(), |meant| format!("the key is `particles.{meant}`"))));
         }
     }
     if case.fluid.viscosity == ViscosityScheme::Off {

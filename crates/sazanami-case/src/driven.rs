@@ -8,13 +8,12 @@ use crate::case::Case;
 use crate::presets::Solver;
 use crate::read::Context;
 use crate::tables::{
-    BoundarySide, Drive, FluidName, GrainPlacement, LONGEST_STEP, LiquidRegion, Placement, Population, SIDE_NAMES,
-    place_of_side,
+    BoundarySide, Drive, FluidName, GrainPlacement, LONGEST_STEP, Placement, Population, SIDE_NAMES, place_of_side,
 };
 use crate::units::rounded;
 
-/// Way from a corner of the box to its middle at which a liquid that fills it is found there.
-const CORNER: Real = 1e-6;
+/// Places in each direction at which liquid is looked for that fills the box.
+const SAMPLES: usize = 8;
 /// Part of gravity up to which it counts as borne.
 const BORNE: Real = 1e-9;
 
@@ -168,19 +167,26 @@ fn check_volume(case: &Case, drive: &Drive, cx: &mut Context<'_>) {
         return;
     }
     let place = cx.places.at("drive.acts_by");
-    let corners = (0..8).map(|n| {
-        let of = |d: usize| if n >> d & 1 == 1 { case.domain.upper[d] } else { case.domain.lower[d] };
-        let corner = Vector::new(of(0), of(1), of(2));
-        corner + CORNER * (0.5 * (case.domain.lower + case.domain.upper) - corner)
-    });
-    let corners: Vec<Vector> = corners.collect();
-    let fills = |liquid: &LiquidRegion| {
-        let Placement::Absolute(origin) = liquid.placement else { return false };
-        let region = case.region_of(liquid, origin).geometry();
-        liquid.fluid == FluidName::Liquid && corners.iter().all(|&corner| region.contains(corner))
+    let (lower, extent) = (case.domain.lower, case.domain.extent());
+    let regions: Vec<_> = case
+        .liquids
+        .iter()
+        .filter_map(|liquid| match liquid.placement {
+            Placement::Absolute(origin) if liquid.fluid == FluidName::Liquid => {
+                Some(case.region_of(liquid, origin).geometry())
+            }
+            _ => None,
+        })
+        .collect();
+    let place_of = |n: usize| {
+        let part = |d: u32| (((n / SAMPLES.pow(d)) % SAMPLES) as Real + 0.5) / SAMPLES as Real;
+        lower + extent * Vector::new(part(0), part(1), part(2))
     };
-    let acts = drive.acceleration != Vector::ZERO || drive.oscillation.is_some();
-    if case.solver == Solver::Mics && acts && !case.liquids.iter().any(fills) {
+    let is_full = (0..SAMPLES.pow(3)).map(place_of).all(|place| regions.iter().any(|region| region.contains(place)));
+    let acts = drive.acceleration != Vector::ZERO
+        || drive.oscillation.is_some()
+        || drive.mean_velocity.is_some_and(|velocity| velocity != Vector::ZERO);
+    if case.solver == Solver::Mics && acts && !is_full {
         cx.report
             .warning(Some(place.clone()), "the gas is driven by this gradient of the pressure too")
             .label(format!(

@@ -521,11 +521,11 @@ impl Engine {
         self.largest_overlap_allowed = if allowed { Real::INFINITY } else { LARGEST_OVERLAP };
     }
 
-    /// Lets grains change their owner at the end of the step in which they cross a boundary between ranks; else they may
+    /// Whether grains change their owner at the end of the step in which they cross a boundary between ranks; else they may
     /// stay until they have left it behind by their skin. Sums over the grains of each rank then depend on where the
     /// grains are, not on where they came from, and have the same bits after a restart.
-    pub fn own_promptly(&mut self) {
-        self.owned_promptly = true;
+    pub fn own_promptly(&mut self, promptly: bool) {
+        self.owned_promptly = promptly;
     }
 
     /// Brings the ghosts up to date after own grains were changed.

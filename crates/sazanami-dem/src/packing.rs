@@ -201,7 +201,7 @@ impl Packing {
 
     /// Lets each rank have the grains that lie in its part after every step ([`Engine::own_promptly`]): those of [`Self::bed`].
     pub fn own_promptly(&mut self) {
-        self.engine.own_promptly();
+        self.engine.own_promptly(true);
     }
 
     /// The settings that the packing was started with.

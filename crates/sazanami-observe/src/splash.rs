@@ -1,7 +1,7 @@
 //! Splashed grains: how many, how heavy, how far.
 //!
 //! A grain counts as splashed from the moment its centre has risen more than one grain size above the
-//! highest point of the bed before the impact. Neither a heaved rim (lower) nor a grain that rolls or
+//! highest point of the bed before the impact, of its grains that are not held. Neither a heaved rim (lower) nor a grain that rolls or
 //! slides away (never up there) is a splash. Once splashed, a grain stays so wherever it lands. A hop
 //! shorter than the time between two observations can be missed, so observe often while grains fly.
 //! Grains that are in the air before the impact neither raise the bed nor are ever splashed, and neither are grains that are fed in
@@ -207,6 +207,21 @@ mod tests {
         assert_eq!((landed.grains, landed.above_now, landed.mass), (1, 0, 1e-7));
         assert!(landed.farthest_distance > flying.farthest_distance);
         assert_eq!(landed.highest_rise, flying.highest_rise);
+    }
+
+    #[test]
+    fn a_held_body_that_stands_out_of_the_bed_is_not_its_top() {
+        // A post in the middle column, of grains on one another.
+        let mut bed = Bed::columns(D, 2e-3, 6, |r| if r < 0.5e-3 { 3e-3 } else { 1e-3 });
+        let post: Vec<usize> = (0..bed.held.len()).filter(|&n| bed.position[n].z > 1e-3).collect();
+        let threshold = |bed: &Bed| bed.view(|view| SplashTracker::new(view, [0.0; 2], D)).threshold();
+        let loose = threshold(&bed);
+        assert!(!post.is_empty() && (loose - 3.5e-3).abs() < 1e-12, "{loose}");
+        post.iter().for_each(|&n| bed.held[n] = true);
+        assert!((threshold(&bed) - 1.5e-3).abs() < 0.3e-3, "{}", threshold(&bed));
+        // Of held grains alone the highest counts.
+        bed.held.fill(true);
+        assert_eq!(threshold(&bed), loose);
     }
 
     #[test]

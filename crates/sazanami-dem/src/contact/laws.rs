@@ -153,3 +153,20 @@ impl Interactions {
         self.laws.iter_mut().for_each(|law| *law = law.with_friction_times(factor));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn softer_springs_have_their_own_dashpots() {
+        let mut laws = Interactions::uniform(2, LinearSpringDashpot::SAND);
+        let before = laws.dashpots(0, 1e-6);
+        laws.scale_stiffness(0.01);
+        let found = laws.dashpots(0, 1e-6);
+        for (found, before) in found.iter().zip(before) {
+            // With the same restitution they go as the root of the stiffness.
+            assert!((found / before - 0.1).abs() < 1e-12, "{found} {before}");
+        }
+    }
+}

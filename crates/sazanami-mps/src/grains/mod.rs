@@ -175,7 +175,7 @@ impl OverlappingGrains {
     /// If the ghost margin of the engine is not larger than the smoothing radius of the void fraction.
     #[must_use]
     pub fn new(domain: &Domain, mut engine: Engine, coupling: OverlapSettings) -> Self {
-        engine.own_promptly();
+        engine.own_promptly(true);
         let there = engine.grains().owned() > 0 || engine.expects_arrivals() || engine.departures().grains > 0;
         let any = domain.max(if there { 1.0 } else { 0.0 }) > 0.0;
         assert!(

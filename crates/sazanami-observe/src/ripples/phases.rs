@@ -9,8 +9,8 @@ use super::Unmeasured;
 pub struct PhaseAverage {
     /// Means at the phases `n / len`, in parts of the period.
     pub mean: Vec<Real>,
-    /// Standard deviation of a cycle about these means, in the unit of the series; 0 of a single one.
-    pub deviation: Vec<Real>,
+    /// Standard deviation of a cycle about these means, in the unit of the series; none of a single one.
+    pub deviation: Vec<Option<Real>>,
     /// Number of cycles averaged over.
     pub cycles: usize,
 }
@@ -61,7 +61,7 @@ pub fn phase_average(
     let mean: Vec<Real> = values.iter().map(mean_of).collect();
     let deviation = values.iter().zip(&mean).map(|(values, mean)| {
         let squares: Real = values.iter().map(|value| (value - mean).powi(2)).sum();
-        if values.len() > 1 { (squares / (values.len() - 1) as Real).sqrt() } else { 0.0 }
+        (values.len() > 1).then(|| (squares / (values.len() as Real - 1.0)).sqrt())
     });
     Ok(PhaseAverage { deviation: deviation.collect(), mean, cycles })
 }
@@ -69,7 +69,7 @@ pub fn phase_average(
 /// Rounding of places in a cycle, in parts of the distance of phases.
 const ROUNDED: Real = 1e-6;
 
-/// Value at `place` between the rows beside it, if these are no farther apart than phases are.
+/// Value at `place` between the rows beside it, if these are no farther apart than two phases are.
 fn between(rows: &[(Real, Real)], place: Real) -> Option<Real> {
     let after = rows.partition_point(|row| row.0 < place - ROUNDED);
     let &(to, value) = rows.get(after)?;
@@ -77,7 +77,7 @@ fn between(rows: &[(Real, Real)], place: Real) -> Option<Real> {
         return Some(value);
     }
     let &(from, before) = rows.get(after.checked_sub(1)?)?;
-    (to - from <= 1.0 + ROUNDED).then(|| before + (value - before) * (place - from) / (to - from))
+    (to - from <= 2.0 + ROUNDED).then(|| before + (value - before) * (place - from) / (to - from))
 }
 
 /// Mean over each whole cycle of a `period` \[s] from time zero on: the end of the cycle \[s] and the mean of the values
@@ -121,27 +121,33 @@ mod tests {
         assert!((mean_of_cycle(&found) - 1.0).abs() < 1e-12 && (found.half_range() - 3.0).abs() < 1e-12);
         // The highest value comes a fifth of the cycle in.
         assert!((found.mean[4] - 4.0).abs() < 1e-12, "{found:?}");
-        assert!(found.deviation.iter().all(|&d| d < 1e-6) && found.mean.len() == 20);
+        assert!(found.deviation.iter().all(|d| d.is_some_and(|d| d < 1e-6)) && found.mean.len() == 20);
         // With the first cycles in, the mean is another: the control.
         let all = phase_average(&series(7.0), PERIOD, 14, 20).expect("14 cycles");
-        assert!(mean_of_cycle(&all) > 10.0 && all.deviation.iter().all(|&d| d > 10.0));
+        assert!(mean_of_cycle(&all) > 10.0 && all.deviation.iter().all(|d| d.is_some_and(|d| d > 10.0)));
     }
 
     #[test]
     fn rows_that_fall_between_phases_add_nothing_to_the_scatter() {
-        // 25 rows a cycle for 20 phases, cycles that differ by a level of one.
+        // 25 rows a cycle for 20 phases, cycles that differ by a level of one; 18 rows, and rows that are not even, have a value for each too.
+        for (count, uneven) in [(18, 0.0), (20, 0.1)] {
+            let time = |n: i32| PERIOD * (f64::from(n) + uneven * f64::from(n % 2)) / f64::from(count);
+            let rows: Vec<(Real, Real)> = (0..=10 * count).map(time).map(|t| (t, (TAU * t / PERIOD).sin())).collect();
+            let found = phase_average(&rows, PERIOD, 4, 20).expect("ten cycles");
+            assert!(found.deviation.iter().all(|d| d.is_some_and(|d| d < 1e-2)), "{count}: {found:?}");
+        }
         let rows = (0..=250).map(|n| PERIOD * f64::from(n) / 25.0);
         let of = |level: fn(Real) -> Real| -> Vec<(Real, Real)> {
             rows.clone().map(|t| (t, level(t / PERIOD) + (TAU * t / PERIOD).sin())).collect()
         };
         let same = phase_average(&of(|_| 0.0), PERIOD, 4, 20).expect("ten cycles");
-        assert!(same.deviation.iter().all(|&d| d < 1e-9), "{same:?}");
+        assert!(same.deviation.iter().all(|d| d.is_some_and(|d| d < 1e-9)), "{same:?}");
         // Within the error of a chord.
         let off = |(n, mean): (usize, &Real)| (mean - (TAU * n as Real / 20.0).sin()).abs();
         assert!(same.mean.iter().enumerate().map(off).fold(0.0, Real::max) < 1e-2, "{same:?}");
         // A level of 0, 1, 2, 3 in the last four cycles has a deviation of the root of 5/3.
         let rising = phase_average(&of(|cycle| (cycle - 1e-9).floor() - 6.0), PERIOD, 4, 20).expect("ten cycles");
-        assert!((rising.deviation[10] - (5.0_f64 / 3.0).sqrt()).abs() < 1e-9, "{rising:?}");
+        assert!((rising.deviation[10].expect("four cycles") - (5.0_f64 / 3.0).sqrt()).abs() < 1e-9, "{rising:?}");
     }
 
     #[test]

@@ -154,8 +154,13 @@ fn conclusions(series: &Series) -> Vec<String> {
     }
     for scatter in series.scatter() {
         for (what, repeated) in [("below the rim", scatter.below_rim), ("V", scatter.cap)] {
-            let Some(Repeated { mean, deviation, runs }) = repeated else { continue };
             let momentum = 1e5 * scatter.momentum;
+            let Some(Repeated { mean, deviation, runs }) = repeated else {
+                lines.push(format!(
+                    "m v = {momentum:.1} g cm/s: {what}: no scatter, fewer than two runs without doubts of it"
+                ));
+                continue;
+            };
             lines.push(format!(
                 "m v = {momentum:.1} g cm/s: {what} {:.2} mm^3, deviation {:.2} mm^3 over {runs} runs without doubts of it",
                 1e9 * mean,

@@ -44,7 +44,7 @@ impl Relaxation {
     pub fn new(mut engine: Engine) -> Self {
         engine.allow_any_overlap(true);
         // The bed is taken up anew, each grain by the rank in whose part it lies.
-        engine.own_promptly();
+        engine.own_promptly(true);
         Self { engine, parting: true, parted: 0.0 }
     }
 
@@ -54,7 +54,7 @@ impl Relaxation {
         let (parting, parted) = (state[0] > 0.0, state[1]);
         let mut engine = Engine::restore(domain, setup, RELAXATION, snapshot)?;
         engine.allow_any_overlap(parting);
-        engine.own_promptly();
+        engine.own_promptly(true);
         Ok(Self { engine, parting, parted })
     }
 
@@ -123,6 +123,7 @@ pub(super) fn relax<B: Observer>(
             return Ok(None);
         }
         if at_rest {
+            relaxation.engine.own_promptly(false);
             return Ok(Some(relaxation.engine));
         }
         if time > LONGEST {

@@ -185,7 +185,7 @@ fn boxes_without_gas_or_without_liquid_run() {
     let seam = left.column("gas_centre_1");
     assert!(seam.iter().all(|place| place.min(1e-3 - place) < 1e-5), "{seam:?}");
     // Gas over a surface all along them has its centre in the middle, waves or none.
-    let wave = "liquid=[{ region.wavy = { crest = [\"0 mm\", \"0 mm\", \"0.52 mm\"], amplitude = \"20 um\", wavelength = \"1 mm\" } }]";
+    let wave = "liquid=[{ region.wavy = { crest = [\"0.25 mm\", \"0 mm\", \"0.52 mm\"], amplitude = \"20 um\", wavelength = \"1 mm\" } }]";
     let left = ran(SLICE, &["boundary.x1=periodic", wave], &scratch.join("wave"), On::threads(1));
     let waves = left.column("gas_centre_1");
     assert!(waves.iter().all(|place| (place - 0.5e-3).abs() < 2e-5), "{waves:?}");

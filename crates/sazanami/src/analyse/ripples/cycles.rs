@@ -106,7 +106,7 @@ pub(super) fn write_averages(path: &Path, cycles: &[CycleAverage]) -> std::io::R
         if let Some(phases) = phases {
             for (n, (&mean, &deviation)) in phases.mean.iter().zip(&phases.deviation).enumerate() {
                 let place = n as Real / phases.mean.len() as Real;
-                let (deviation, cycles) = (Some(deviation), phases.cycles);
+                let cycles = phases.cycles;
                 add(&CycleRow { layer, quantity, kind: "phase", place, mean, deviation, cycles });
             }
         }
