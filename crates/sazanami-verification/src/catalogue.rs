@@ -150,6 +150,7 @@ pub const CASES: &[Case] = &[
     case!("mps-repose"),
     case!("mps-bed-load"),
     case!("mps-bed-stress"),
+    case!("mps-bed-threshold"),
     case!("mps-turbulent-film", with "mps-turbulent-film"),
     case!("mps-fluidised-bed"),
     case!("mps-hindered-settling"),
