@@ -17,8 +17,8 @@ use crate::presets::Solver;
 use crate::read::Context;
 use crate::surface_tension;
 use crate::tables::{
-    BoundarySide, Follows, GrainPlacement, OutputFrame, Population, PressureForm, ProbePlace, RunEnd, TankMotion,
-    place_of_side,
+    BoundarySide, Feed, Follows, Gate, GrainPlacement, OutputFrame, Population, PressureForm, ProbePlace, RunEnd,
+    TankMotion, place_of_side,
 };
 use crate::units::rounded;
 
@@ -331,6 +331,14 @@ fn check_feeds(case: &Case, cx: &mut Context<'_>) {
                 .help("feed them through a larger part");
             continue;
         }
+        let least = population.shape.extent().unwrap_or(0.0) * population.sizes().smallest();
+        if let Some(gate) = case.gates.iter().find(|gate| fills_feed(gate, feed, least, case)) {
+            let span = cx.places.near(&place("upper")).unwrap_or(0..0);
+            cx.report
+                .error(span, format!("the grains have no way in beside the gate `{}`", gate.name))
+                .label(format!("it stands in the part of {side} through which they come until the run ends"))
+                .help("feed them through a larger part, or let the gate open before");
+        }
         let volume = population.shape.volume().unwrap_or(0.0) * population.sizes().mean_cube();
         let solid = feed.rate * volume / (part[a] * part[b] * feed.inward());
         if solid > DENSEST_FEED {
@@ -348,6 +356,16 @@ fn check_feeds(case: &Case, cx: &mut Context<'_>) {
                 ));
         }
     }
+}
+
+/// Whether a gate leaves grains of this `extent` \[m] no place in the part of a side through which they come, as long as the run
+/// lasts.
+fn fills_feed(gate: &Gate, feed: &Feed, extent: Real, case: &Case) -> bool {
+    let ([direction, _], d) = (feed.side.place(), gate.direction());
+    let across = [gate.place() - feed.lower[d], feed.upper[d] - gate.place()];
+    let [low, high] = if direction == 2 { [case.domain.upper.z; 2] } else { [feed.lower.z, feed.upper.z] };
+    let stands = gate.opens >= case.run.until && gate.bottom <= low + 0.5 * extent && gate.top >= high - 0.5 * extent;
+    d != direction && stands && across.iter().all(|part| *part < extent)
 }
 
 /// Grains that are packed, and beds that are free, lie on the lower side of x3; they are packed downwards.

@@ -123,11 +123,14 @@ pub fn check_fall(case: &Case, cx: &mut Context<'_>) {
     {
         let along = format!("along x{}", d + 1);
         let place = place_of_side(&cx.places, d, 0);
-        let way_out = format!(
-            "hold the net flow with `drive.mean_velocity = [\"0 m/s\", \"0 m/s\", \"0 m/s\"]`: a gradient of the pressure then bears the \
-             weight; or give x{} walls, or leave out gravity {along}",
-            d + 1
-        );
+        let mut way_out = format!("give x{} walls, or leave out gravity {along}", d + 1);
+        if open_side(case).is_none() {
+            way_out.insert_str(
+                0,
+                "hold the net flow with `drive.mean_velocity = [\"0 m/s\", \"0 m/s\", \"0 m/s\"]`: a gradient of the pressure then \
+                 bears the weight; or ",
+            );
+        }
         if !resists(case, d) {
             cx.report
                 .error_at(place, format!("everything falls {along} without end"))
@@ -161,6 +164,13 @@ pub fn check_fall(case: &Case, cx: &mut Context<'_>) {
     }
 }
 
+/// A side of a grid past which no mean gradient of the pressure goes: the pressure beyond it is that of fluid at rest, and is not higher
+/// behind one end of a periodic direction than behind the other.
+fn open_side(case: &Case) -> Option<&'static str> {
+    let mut sides = SIDE_NAMES.as_flattened().iter().zip(case.boundary.as_flattened());
+    sides.find(|(_, side)| case.solver == Solver::Mics && side.is_open()).map(|(name, _)| *name)
+}
+
 /// A gradient of pressure from outside goes through the box.
 fn check_volume(case: &Case, drive: &Drive, cx: &mut Context<'_>) {
     if drive.acts_by == ActsBy::Mass {
@@ -186,6 +196,17 @@ fn check_volume(case: &Case, drive: &Drive, cx: &mut Context<'_>) {
     let acts = drive.acceleration != Vector::ZERO
         || drive.oscillation.is_some()
         || drive.mean_velocity.is_some_and(|velocity| velocity != Vector::ZERO);
+    if let Some(side) = open_side(case).filter(|_| acts || drive.mean_velocity.is_some()) {
+        let by_mass =
+            if drive.mean_velocity == Some(Vector::ZERO) { "leave out `drive`" } else { "write `acts_by = \"mass\"`" };
+        cx.report
+            .error(place, format!("a mean gradient of the pressure ends at {side}, which is open"))
+            .label(
+                "beyond it the pressure is that of fluid at rest: fluid would shoot through the periodic sides there",
+            )
+            .help(format!("{by_mass}, or close {side}"));
+        return;
+    }
     if case.solver == Solver::Mics && acts && !is_full {
         cx.report
             .warning(Some(place.clone()), "the gas is driven by this gradient of the pressure too")

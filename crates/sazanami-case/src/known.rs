@@ -75,7 +75,8 @@ impl Default for Known {
             overlap: Overlap::default(),
             bed: Bed {
                 porosity_lower: Real::NAN,
-                porosity_upper: Real::NAN,
+                porosity_upper: None,
+                grain: Real::NAN,
                 height_radius: Real::NAN,
                 axis: [Real::NAN; 2],
             },

@@ -3,6 +3,7 @@
 mod films;
 mod gates;
 
+use sazanami_dem::Motion;
 use sazanami_mps::scheme::{CONJUGATE_RADIUS, ParticleProjection, Turbulence};
 use sazanami_numerics::Real;
 
@@ -12,8 +13,8 @@ use crate::driven::resists;
 use crate::presets::{Preset, Solver};
 use crate::read::Context;
 use crate::tables::{
-    BoundarySide, FluidName, GrainPlacement, GrainShape, Particles, ProbePlace, SIDE_NAMES, SMOOTHING, TankMotion,
-    place_of_side,
+    BoundarySide, FluidName, GrainPlacement, GrainShape, Particles, Population, ProbePlace, SIDE_NAMES, SMOOTHING,
+    TankMotion, place_of_side,
 };
 use crate::units::{rounded, rounded_within};
 
@@ -183,11 +184,24 @@ fn check_turbulence(case: &Case, cx: &mut Context<'_>, particles: &Particles) {
         return;
     }
     let held = case.boundary[2][0] == BoundarySide::NoSlip;
+    let is_bed = |population: &Population| {
+        let lies = match &population.placement {
+            GrainPlacement::Packed(_) | GrainPlacement::Bed(_) => true,
+            GrainPlacement::List(list) => list.iter().any(|grain| grain.motion == Motion::Fixed),
+            _ => population.motion == Motion::Fixed,
+        };
+        lies || population.release.is_some()
+    };
     let (label, help) = if particles.projection == ParticleProjection::Enhanced {
         ("the published scheme has none", "leave `turbulence` or `preset = \"paper_literal\"` out")
     } else if case.fluid.liquid.viscosity <= 0.0 {
         ("the liquid has no viscosity", "write `fluid.liquid.kinematic_viscosity = \"1e-6 m^2/s\"` for water")
-    } else if case.grains.is_empty() && !held {
+    } else if case.boundary[2][0] == BoundarySide::Periodic {
+        (
+            "x3 is periodic: there is no floor from which the length grows",
+            "make the sides of x3 no periodic ones, or leave `turbulence` out",
+        )
+    } else if !held && !case.grains.iter().any(is_bed) {
         (
             "there is neither a bed nor a floor that holds the water",
             "write `boundary.x3_lower = \"no_slip\"`, or leave `turbulence` out",

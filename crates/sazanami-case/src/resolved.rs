@@ -91,6 +91,14 @@ pub fn hash_of_any_length(case: &Case) -> String {
     hash_without_length(&write(case, Paths::NameOnly))
 }
 
+/// The same whatever the end of the feeds that end with it.
+#[must_use]
+pub fn hash_of_any_feed(case: &Case) -> String {
+    let mut endless = case.clone();
+    endless.grains.iter_mut().for_each(|population| population.move_end(case.run.until, 0.0));
+    hash_of_any_length(&endless)
+}
+
 /// Whether the case of `loaded` is, but for its end, the one whose [`hash_of_any_length`] was written down as `hash`.
 #[must_use]
 pub fn has_hash_of_any_length(loaded: &crate::LoadedCase, hash: &str) -> bool {

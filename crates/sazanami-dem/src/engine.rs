@@ -444,7 +444,7 @@ impl Engine {
             state = Self::worst(domain, state);
             if state == FAILED {
                 let outcome = if counters.deepest > self.largest_overlap_allowed {
-                    Err(overlap_error(&counters, step))
+                    Err(overlap_error(&counters, self.largest_overlap_allowed, step))
                 } else {
                     Ok(())
                 };

@@ -37,6 +37,8 @@ pub enum DemError {
         ids: [u64; 2],
         /// Overlap over the radius of the smaller sphere.
         fraction: Real,
+        /// That beyond which a sub-step fails ([`crate::Engine::largest_overlap_allowed`]).
+        allowed: Real,
         /// Position of the first grain \[m].
         position: Vector,
         /// Sub-step within the call, from 0.
@@ -50,7 +52,7 @@ pub enum DemError {
     EnergyGained {
         /// Identifier of the grain that they gave most.
         id: u64,
-        /// End of the call in which they did \[s].
+        /// End of the call in which they did, on the grains' clock \[s].
         time: Real,
         /// Energy that they gave beyond what they took \[J].
         gained: Real,

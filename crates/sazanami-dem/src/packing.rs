@@ -464,13 +464,14 @@ impl Packing {
         Ok(packing)
     }
 
-    /// The packed grains with their contact history in an engine with other walls. Contacts with a wall go
-    /// to the wall of the same number: the sides of the box in their order, then the floor.
+    /// The packed grains with their contact history in an engine with other walls. Contacts with a wall go to that in the same place; those
+    /// with a wall that is gone are forgotten.
     ///
     /// # Errors
     /// Those of [`Engine::restore`].
     pub fn into_engine(mut self, domain: &Domain, setup: Setup) -> Result<Engine, DemError> {
         let mut snapshot = Snapshot::default();
+        self.engine.renumber_walls(&setup.walls);
         self.engine.snapshot(domain, "", &mut snapshot);
         if domain.communicator().rank() == 0 {
             snapshot.put_vectors("wall.point", &setup.walls.iter().map(|w| w.point).collect::<Vec<_>>());

@@ -5,9 +5,9 @@
 //! the leverage `l` of [`Body::leverage`], which is 1 along and 3.5 across the normal for a ball. A sub-step is a part of it
 //! chosen by the errors that impacts of the lightest grains have with it ([`crate::impact`]): the largest between the two of
 //! [`crate::TangentialForce::substep_factors`] with at most [`USUAL_ERROR`], or the smaller; of those up to 0.225,
-//! where the case allows an error. Where a dashpot damps so much that the smaller of the two is more than 0.35 of the limit of stability
-//! below, for springs and dashpot of the lightest pair, sub-steps take that much at most: without, impacts on such a dashpot would
-//! turn round within a sub-step and gain energy.
+//! where the case allows an error. Where it does, or where a dashpot damps so much that the smaller of the two is more than 0.35 of the
+//! limit of stability below, for springs and dashpot of the lightest pair, sub-steps take that much at most: without, impacts on such a
+//! dashpot would turn round within a sub-step and gain energy, and so would grains of a bed with several contacts each.
 //!
 //! **The contacts of a body** add up: `N` spheres of a face that touch a plane at once have `N K` and `N D`. Places are half a
 //! sub-step older than the forces, velocities a whole one, so that a mode of square frequency `k` and rate of damping `c`
@@ -194,7 +194,7 @@ impl<'i> EffectiveMasses<'i> {
         let asked = self.interactions.allowed_error();
         let [least, most] = asked.map_or(usual, |_| [LEAST_FACTOR, MOST_FACTOR]);
         let stable = pair.stable / pair.half_period;
-        let most = if stable < usual[0] { most.min(stable) } else { most };
+        let most = if asked.is_some() || stable < usual[0] { most.min(stable) } else { most };
         let least = least.min(most);
         if usual[0] == usual[1] && asked.is_none() {
             return (most, true);
@@ -280,6 +280,28 @@ mod tests {
         };
         let found = [0.5, 0.1].map(damped);
         assert!((found[0] - 1.0).abs() < 1e-12 && (found[1] - 0.314).abs() < 1e-3, "{found:?}");
+    }
+
+    #[test]
+    fn an_error_that_is_allowed_leaves_damped_contacts_stable() {
+        let of = |restitution: Real, allowed: Option<Real>| {
+            let law = LinearSpringDashpot {
+                damping: Damping::Restitution(restitution),
+                friction: 0.3,
+                ..LinearSpringDashpot::SAND
+            };
+            let interactions = Interactions::uniform(1, law).with_allowed_error(allowed);
+            let mut masses = EffectiveMasses::new(&interactions);
+            masses.add(&Body::ball(1e-3), 1.0, 2e-6, 0);
+            let pair = masses.pairs().next().expect("a grain");
+            [masses.longest_substep().contact, pair.stable].map(|substep| substep / pair.half_period)
+        };
+        let [asked, stable] = of(0.2, Some(0.1));
+        assert!((0.075..0.09).contains(&stable) && asked <= stable && asked > 0.9 * stable, "{asked} {stable}");
+        assert!((of(0.2, None)[0] - 0.075).abs() < 1e-12, "the usual one stays");
+        // Negative control: springs that hardly damp bear more.
+        let [asked, stable] = of(0.9, Some(0.1));
+        assert!((asked - MOST_FACTOR).abs() < 1e-12 && stable > MOST_FACTOR, "{asked} {stable}");
     }
 
     #[test]

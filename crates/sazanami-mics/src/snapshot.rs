@@ -38,11 +38,23 @@ const RESPONSE: [&str; 3] = ["fluid/response_1", "fluid/response_2", "fluid/resp
 const JUMP: [&str; 3] = ["fluid/surface_tension_1", "fluid/surface_tension_2", "fluid/surface_tension_3"];
 const LAST_JUMP: [&str; 3] =
     ["fluid/last_surface_tension_1", "fluid/last_surface_tension_2", "fluid/last_surface_tension_3"];
-/// By the direction along walls and that of the walls.
-const LINES_OF_CONTACT: [[&str; 3]; 3] = [
-    ["", "fluid/line_of_contact_1_2", "fluid/line_of_contact_1_3"],
-    ["fluid/line_of_contact_2_1", "", "fluid/line_of_contact_2_3"],
-    ["fluid/line_of_contact_3_1", "fluid/line_of_contact_3_2", ""],
+/// By the direction along walls and that of the walls; in a box of one cell between these the second is for the upper ones.
+const LINES_OF_CONTACT: [[[&str; 2]; 3]; 3] = [
+    [
+        [""; 2],
+        ["fluid/line_of_contact_1_2", "fluid/upper_line_of_contact_1_2"],
+        ["fluid/line_of_contact_1_3", "fluid/upper_line_of_contact_1_3"],
+    ],
+    [
+        ["fluid/line_of_contact_2_1", "fluid/upper_line_of_contact_2_1"],
+        [""; 2],
+        ["fluid/line_of_contact_2_3", "fluid/upper_line_of_contact_2_3"],
+    ],
+    [
+        ["fluid/line_of_contact_3_1", "fluid/upper_line_of_contact_3_1"],
+        ["fluid/line_of_contact_3_2", "fluid/upper_line_of_contact_3_2"],
+        [""; 2],
+    ],
 ];
 /// Prefix of what the engine of the grains writes.
 pub const GRAINS: &str = "grains/";
@@ -78,8 +90,8 @@ impl Solver {
                 snapshot.put_reals(JUMP[d], domain.gather(jump));
                 snapshot.put_reals(LAST_JUMP[d], last_faces(domain, jump, d));
             }
-            for ([d, wall], places) in tension.heights().pinned(domain) {
-                snapshot.put_reals(LINES_OF_CONTACT[d][wall], domain.gather(&places));
+            for ([d, wall, part], places) in tension.heights().pinned(domain) {
+                snapshot.put_reals(LINES_OF_CONTACT[d][wall][part], domain.gather(&places));
             }
         }
         snapshot.put_u64(COUNTERS, vec![self.flow.transports]);
@@ -141,7 +153,7 @@ impl Solver {
         }
         projection.set_outside(&domain, boundary.gravity_outside(), &flow);
         projection.fill_ghosts(&domain, &flow, gravity);
-        let grains = ResolvedGrains::new(&domain, engine, shapes, coupling);
+        let grains = ResolvedGrains::new(&domain, &flow.fluids, engine, shapes, coupling);
         let mut solver = Self::assembled(domain, boundary, settings, flow, projection, grains);
         solver.previous_step = snapshot.reals(PREVIOUS_STEP)?.first().copied();
         let Self { domain, room, grains, .. } = &mut solver;
@@ -165,8 +177,8 @@ impl SurfaceTension {
                 *jump = faces(domain, snapshot, JUMP[d], LAST_JUMP[d], d)?;
             }
             self.jump_is_set(domain);
-            self.heights_mut().pin(domain, |[d, wall]| {
-                let (name, mut places) = (LINES_OF_CONTACT[d][wall], domain.field(0.0));
+            self.heights_mut().pin(domain, |[d, wall, part]| {
+                let (name, mut places) = (LINES_OF_CONTACT[d][wall][part], domain.field(0.0));
                 if domain.max(Real::from(u8::from(snapshot.reals(name).is_ok()))) == 0.0 {
                     return Ok::<_, SnapshotError>(None);
                 }
@@ -183,7 +195,7 @@ impl SurfaceTension {
 pub fn is_of_cells(name: &str) -> bool {
     let fields = [VELOCITY, FACE_VELOCITY, LAST_FACES, EARLIER_FACES, EARLIER_LAST_FACES, RESPONSE, JUMP, LAST_JUMP];
     [VOLUME_FRACTION, OPEN_PART, WAITING, PRESSURE].contains(&name)
-        || fields.iter().chain(&LINES_OF_CONTACT).flatten().any(|&field| field == name)
+        || fields.iter().flatten().chain(LINES_OF_CONTACT.as_flattened().as_flattened()).any(|&field| field == name)
 }
 
 /// Reads a field of the cells on rank 0 and gives each rank its part.

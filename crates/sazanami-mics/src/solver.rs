@@ -161,7 +161,7 @@ impl Solver {
         coupling: Coupling,
     ) -> Self {
         let projection = Projection::new(&domain, boundary.pressure_sides());
-        let grains = ResolvedGrains::new(&domain, engine, shapes, coupling);
+        let grains = ResolvedGrains::new(&domain, &flow.fluids, engine, shapes, coupling);
         Self::assembled(domain, boundary, settings, flow, projection, grains)
     }
 

@@ -67,11 +67,11 @@ pub struct StepReport {
     pub clipped: usize,
     /// Energy that this gave them, kinetic and potential \[J].
     pub clipping_work: Real,
-    /// Largest speed of the fluid [m/s].
+    /// Largest speed of the fluid relative to the walls [m/s].
     pub largest_speed: Real,
     /// Pairs in the neighbour lists.
     pub pairs: usize,
-    /// Contacts between grains and with walls.
+    /// Contacts between grains and with walls; the largest speed is that relative to the walls.
     pub contacts: ContactReport,
     /// Coupling with the grains.
     pub coupling: CouplingReport,

@@ -34,7 +34,7 @@ pub struct SectionView<'a> {
     pub scale: &'a ColourScale,
     /// Surface of the bed and crater, drawn over the grains and explained below them.
     pub surface: Option<&'a BedSurface>,
-    /// Width of the section in the picture \[pixels].
+    /// Width of the section in the picture \[pixels]; less where it would be too high.
     pub width: usize,
 }
 
@@ -58,6 +58,8 @@ pub fn section_of_cells(grid: &Grid, values: &[f64], x2: f64) -> Vec<f64> {
     section
 }
 
+/// Most pixels of a section: of a slender box it is narrower.
+const MOST_PIXELS: f64 = 2e6;
 /// Where there is less liquid none is shown (Yagyu et al. 2015).
 const LEAST_LIQUID: f64 = 0.01;
 /// Smallest detail of a grain that is drawn [samples].
@@ -98,17 +100,17 @@ impl<'a> SectionView<'a> {
         let [n1, _, n3] = self.grid.cells;
         check_length("the liquid of a section", n1 * n3, self.liquid.len())?;
         check_length("the colour of a grain", self.bodies.poses.len(), self.values.len())?;
-        let height = (self.width as f64 * self.height() / self.grid.extent().x).round() as usize;
+        let size @ [across, height] = self.pixels();
         let (left, top) = (96, 56);
         let has_bar = !self.bodies.poses.is_empty();
         let below = 80 + if self.surface.is_some() { crater::legend_height() } else { 0 };
-        let width = left + self.width + if has_bar { 150 } else { 36 };
+        let width = left + across + if has_bar { 150 } else { 36 };
         let mut canvas = Canvas::new(width, top + height + below);
-        canvas.paste(left, top, &self.render(height));
+        canvas.paste(left, top, &self.render(size));
         let area = Rectangle {
             left: left as f64,
             top: top as f64,
-            right: (left + self.width) as f64,
+            right: (left + across) as f64,
             bottom: (top + height) as f64,
         };
         let (lower, upper) = (1e3 * self.grid.lower, 1e3 * self.grid.upper());
@@ -144,16 +146,23 @@ impl<'a> SectionView<'a> {
         self.top - self.grid.lower.z
     }
 
-    /// Picture of the section, without lines and labels.
-    fn render(&self, height: usize) -> Picture {
-        let size = [self.width * SAMPLES, height * SAMPLES];
+    /// Width and height of the section in the picture [pixels].
+    fn pixels(&self) -> [usize; 2] {
+        let aspect = self.height() / self.grid.extent().x;
+        let width = (self.width as f64).min((MOST_PIXELS / aspect).sqrt()).round().max(1.0);
+        [width, (width * aspect).round().max(1.0)].map(|pixels| pixels as usize)
+    }
+
+    /// Picture of the section of so many pixels, without lines and labels.
+    fn render(&self, pixels: [usize; 2]) -> Picture {
+        let size = pixels.map(|pixels| pixels * SAMPLES);
         let grains = self.draw_grains(size);
         let scale = (size[0] as f64 / self.grid.extent().x) as f32;
         let haze_depth = 0.45 * self.grid.extent().y as f32 * scale;
         let (haze, water, paper) = (to_light([226, 231, 236]), to_light(BLUE), to_light([250, 251, 252]));
         let bodies = self.values.iter().map(|&value| to_light(self.scale.colour(value))).collect::<Vec<Light>>();
         let key = |sample: usize| grains.surface.nearest[sample];
-        reduce([self.width, height], key, |sample, place| {
+        reduce(pixels, key, |sample, place| {
             let number = key(sample);
             if number != EMPTY && number & INSIDE != 0 {
                 return bodies[grains.tags[grains.surface.corner(sample) as usize] as usize].map(|c| 0.93 * c);
@@ -309,6 +318,19 @@ mod tests {
         assert_eq!(section_of_cells(&grid, &values, 99.0)[0], 30.0);
         let flat = Grid::new([3, 1, 2], Vector::ZERO, Vector::ONE);
         assert_eq!(section_of_cells(&flat, &values[..6], 0.5), values[..6]);
+    }
+
+    #[test]
+    fn sections_of_slender_boxes_are_narrow() {
+        let scale = ColourScale { label: String::new(), range: [0.0, 1.0], map: crate::ColourMap::Sand };
+        let pixels = |height: f64| {
+            let grid = Grid::new([2, 2, 2], Vector::ZERO, Vector::new(1.0, 1.0, height));
+            SectionView::new(&grid, 0.5, "", &[0.0; 4], &scale).pixels()
+        };
+        assert_eq!([pixels(0.75), pixels(2.0)], [[1000, 750], [1000, 2000]]);
+        assert_eq!([pixels(1e-5), pixels(50.0)], [[1000, 1], [200, 10_000]]);
+        let [width, height] = pixels(1e6);
+        assert!(width == 1 && height <= 2_000_000);
     }
 
     #[test]

@@ -30,6 +30,7 @@ pub use bed_flow::{BedReport, PredictedReport, bed_flow};
 use cost::packing_time;
 pub(crate) use cost::{fall_of, packing_substeps};
 pub use disk::warn_of_disk;
+pub use limits::given_speed;
 pub(crate) use limits::{Cause, Pace, speeds, strongest_force};
 pub use memory::{check_memory, memory, warn_of_address_space};
 pub use model::CostModel;

@@ -11,8 +11,8 @@ use flate2::write::ZlibEncoder;
 use sazanami::artist::heights_coloured;
 use sazanami::error::CommandError;
 use sazanami::finished::Finished;
-use sazanami::results::{FIELD_SERIES, GRAIN_SERIES, GRAINS};
-use sazanami_io::vtk::{ReadError, SeriesEntry, VtkFile, read_series};
+use sazanami::results::{FIELD_SERIES, GRAIN_SERIES, GRAINS, population_of};
+use sazanami_io::vtk::{ReadError, SeriesEntry, Values, VtkFile, read_series};
 use sazanami_numerics::Vector;
 use sazanami_numerics::grid::Grid;
 use sazanami_picture::Isosurface;
@@ -118,9 +118,10 @@ impl<'a> Source<'a> {
         let (mut before, mut shapes, mut skipped) = (None, Vec::new(), 0);
         for moment in kept {
             let mut entry = json!({ "time": moment.time });
+            let [shift, _] = self.run.case.case.to_written_frame(moment.time);
             if let Some(path) = &moment.grains {
                 let file = VtkFile::read(path)?;
-                let state = self.state(&file)?;
+                let state = self.state(&file, shift)?;
                 if state.speed.len() != self.grains {
                     skipped += 1;
                     continue;
@@ -132,7 +133,7 @@ impl<'a> Source<'a> {
                 before = Some(state);
             }
             if let Some(path) = &moment.water {
-                entry["water"] = self.water(path, &mut pack, &mut left_out)?;
+                entry["water"] = self.water(path, shift, &mut pack, &mut left_out)?;
             }
             times.push(entry);
         }
@@ -187,13 +188,25 @@ impl<'a> Source<'a> {
         let ones = || vec![1.0; self.grains];
         let real = |name: &str| if file.has(name) { file.array(name) } else { Ok(ones()) };
         entry["fixed"] = json!({
-            "id": pack.push(&whole("id")?), "population": pack.push(&population),
+            "id": pack.push(&self.numbers(file)?), "population": pack.push(&population),
             "scale": pack.push(&real("scale")?), "diameter": pack.push(&real("diameter")?),
         });
         (0..populations).map(mesh).collect()
     }
 
-    fn state(&self, file: &VtkFile) -> Result<State, ReadError> {
+    /// Number of each grain within its population, by its identifier; in order where the file has none.
+    fn numbers(&self, file: &VtkFile) -> Result<Vec<u32>, ReadError> {
+        if !file.has("id") {
+            return Ok((0..self.grains as u32).collect());
+        }
+        Ok(match file.values("id")?.1 {
+            Values::U64(ids) => ids.into_iter().map(|id| population_of(id).1 as u32).collect(),
+            Values::U32(ids) => ids,
+            _ => return Err(ReadError::Damaged { path: self.run.folder.join(GRAINS), what: "array `id`".to_owned() }),
+        })
+    }
+
+    fn state(&self, file: &VtkFile, shift: Vector) -> Result<State, ReadError> {
         let places = file.doubles("Points")?;
         let count = places.len() / 3;
         let turned = file.has("orientation").then(|| file.array("orientation")).transpose()?;
@@ -203,22 +216,29 @@ impl<'a> Source<'a> {
         let speed = if file.has("speed") { file.array("speed")? } else { length(file.array("velocity")?) };
         let force = if file.has("contact_force") { length(file.array("contact_force")?) } else { vec![0.0; count] };
         Ok(State {
-            place: self.places(&places),
+            place: self.places(&places, shift),
             turn: turned.map_or_else(|| vec![0; 3 * count], |turned| turns(&turned)),
             speed,
             force,
         })
     }
 
-    /// Places in 16 bits of the box, all x1, then all x2, then all x3. Beyond the box they stand at its side.
-    fn places(&self, places: &[f64]) -> Vec<u16> {
-        let (lower, size) = (self.lower.to_array(), (self.upper - self.lower).to_array());
+    /// Places in 16 bits of a box that has moved by `shift` \[m], all x1, then all x2, then all x3. Beyond the box they stand at
+    /// its side.
+    fn places(&self, places: &[f64], shift: Vector) -> Vec<u16> {
+        let (lower, size) = ((self.lower + shift).to_array(), (self.upper - self.lower).to_array());
         let part = |d: usize| places.iter().skip(d).step_by(3).map(move |&x| quantised((x - lower[d]) / size[d]));
         (0..3).flat_map(part).collect()
     }
 
     /// The water of a time: its surface from a grid, or its particles.
-    fn water(&self, path: &Path, pack: &mut Pack, left_out: &mut Vec<String>) -> Result<Value, ReadError> {
+    fn water(
+        &self,
+        path: &Path,
+        shift: Vector,
+        pack: &mut Pack,
+        left_out: &mut Vec<String>,
+    ) -> Result<Value, ReadError> {
         let file = VtkFile::read(path)?;
         if path.extension().is_some_and(|kind| kind == "vtp") {
             let places = file.doubles("Points")?;
@@ -227,7 +247,7 @@ impl<'a> Source<'a> {
                 left_out.push(format!("One of {every} particles of water is shown."));
             }
             let kept: Vec<f64> = places.as_chunks::<3>().0.iter().step_by(every).flatten().copied().collect();
-            return Ok(json!({ "count": kept.len() / 3, "particles": pack.push(&self.places(&kept)) }));
+            return Ok(json!({ "count": kept.len() / 3, "particles": pack.push(&self.places(&kept, shift)) }));
         }
         let name = ["liquid_outside_grains", "liquid_fraction"].into_iter().find(|name| file.has(name));
         let Some(name) = name else { return Ok(Value::Null) };
@@ -241,7 +261,7 @@ impl<'a> Source<'a> {
         let nodes: Vec<f64> = surface.nodes.iter().flat_map(|node| node.to_array()).collect();
         let corners = surface.triangles.as_flattened();
         Ok(json!({
-            "nodes": pack.push(&differences(&self.places(&nodes), |a, b| a.wrapping_sub(b))),
+            "nodes": pack.push(&differences(&self.places(&nodes, Vector::ZERO), |a, b| a.wrapping_sub(b))),
             "triangles": pack.push(&differences(corners, |a, b| a.wrapping_sub(b))),
         }))
     }

@@ -13,6 +13,7 @@ use sazanami::machine::Machine;
 use sazanami::progress::Progress;
 use sazanami::stop::Stop;
 use sazanami_io::table::write_json;
+use serde_json::Value;
 
 use crate::keys::{Between, Choices, Design, Setting};
 use crate::plan::{Plan, Target};
@@ -145,6 +146,21 @@ pub fn calibrate(
     }
 }
 
+/// Whether the finding `name` stands among the `observables` of a run without a value, or in a table that says why it has none.
+fn could_not_evaluate(observables: &Value, name: &str) -> bool {
+    let mut at = observables;
+    for key in name.split('.') {
+        if ["none", "not_evaluated"].iter().any(|why| at.get(why).is_some()) {
+            return true;
+        }
+        match at.get(key) {
+            Some(inner) => at = inner,
+            None => return false,
+        }
+    }
+    at.is_null()
+}
+
 /// The ranges of the keys.
 fn ranges(plan: &Plan) -> Result<Vec<&Between>, CommandError> {
     const HELP: &str = "docs/guide/sweeps.md has an example";
@@ -180,6 +196,12 @@ impl Search<'_> {
         first.extend((0..n).map(|d| (0..n).map(|e| FIRST[usize::from(d == e)]).collect()));
         let text = fs::read_to_string(self.folder.join(TRIED)).unwrap_or_default();
         let mut points: Vec<Vec<f64>> = serde_json::from_str(&text).unwrap_or_default();
+        if let Some(other) = points.iter().find(|point| point.len() != n) {
+            return Some(End::Refused(CommandError::input(
+                format!("`{}` holds a search over {} keys, and this plan has {n}", self.folder.display(), other.len()),
+                "choose another folder with --out",
+            )));
+        }
         if points.is_empty() {
             // By itself: a target that no run finds is told by the first one. That it meets all of them is no end: how well
             // they determine the keys is told by the others.
@@ -225,7 +247,7 @@ impl Search<'_> {
             for number in place * seeds..(place + 1) * seeds {
                 let progressed = sweep.progressed(number);
                 match &progressed.state {
-                    State::Finished => match self.values(&progressed)? {
+                    State::Finished => match self.values(&progressed, &state.tried)? {
                         Some(values) => found.iter_mut().flatten().zip(values).for_each(|(all, of)| all.push(of)),
                         None => found = None,
                     },
@@ -244,14 +266,13 @@ impl Search<'_> {
     }
 
     /// Findings of a run for each target; none if it could not evaluate one: too flat a heap, a bed without a crater.
-    fn values(&self, progressed: &Progressed) -> Result<Option<Vec<f64>>, CommandError> {
+    fn values(&self, progressed: &Progressed, tried: &[Tried]) -> Result<Option<Vec<f64>>, CommandError> {
         let found: BTreeMap<String, String> = table::findings(progressed).into_iter().collect();
-        let not_evaluated = |name: &str| {
-            name.rsplit_once('.').is_some_and(|(of, _)| found.contains_key(&format!("{of}.not_evaluated")))
-        };
         let value = |target: &Target| match found.get(&target.name).and_then(|text| text.parse::<f64>().ok()) {
             Some(value) => Ok(Some(value)),
-            None if not_evaluated(&target.name) => Ok(None),
+            None if could_not_evaluate(&progressed.summary["observables"], &target.name) => Ok(None),
+            // Another run has had all of them.
+            None if tried.iter().any(|tried| tried.found.is_some()) => Ok(None),
             None => {
                 let known: Vec<&str> = found.keys().map(String::as_str).collect();
                 Err(CommandError::unknown("finding", &target.name, &known))
@@ -398,6 +419,20 @@ fn number(setting: &Setting) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_run_that_could_not_evaluate_a_target_is_told_from_a_misspelt_one() {
+        let observables = serde_json::json!({
+            "heap": { "not_evaluated": "too flat" }, "ripples": { "crested": { "none": "0 crests" } },
+            "bed": { "porosity": null, "height_mm": 3.0 },
+        });
+        for name in ["heap.angle_deg", "ripples.crested.wavelength_mm", "bed.porosity"] {
+            assert!(could_not_evaluate(&observables, name), "{name}");
+        }
+        for name in ["bed.height_mm", "bed.porosty", "ripples.relief_mm", "time_s"] {
+            assert!(!could_not_evaluate(&observables, name), "{name}");
+        }
+    }
 
     /// Substitute for the program: `steps` change with the key by a slope, are 3 at 0.3, and off by a draw of the seed.
     #[cfg(unix)]

@@ -71,12 +71,11 @@ pub fn runs(plan: &Plan, machine: &Machine, threads: usize) -> Result<Vec<Run>, 
     let mut found = Vec::new();
     let mut wrong = 0;
     let points: Vec<Vec<Laid>> = points(plan, &mut report);
-    let width = points.len().to_string().len().max(3);
     for (number, point) in points.iter().enumerate() {
         let posed = load(plan, point).and_then(|loaded| run(&loaded, point, machine, threads));
         match posed {
             Ok(mut run) => {
-                run.name = name(number + 1, width, &run.settings);
+                run.name = name(number + 1, &run.settings);
                 found.push(run);
             }
             Err(error) => {
@@ -140,12 +139,18 @@ fn run(loaded: &LoadedCase, point: &[Laid], machine: &Machine, threads: usize) -
         wall: [report.predicted_total_s, report.predicted_most_s],
     };
     let varied = point.iter().filter(|laid| laid.varies);
+    // Each run keeps its bed in its own folder, where it goes by itself; a kept tank would have none.
+    let mut case = loaded.case.clone();
+    let is_varied = point.iter().any(|laid| laid.varies && laid.key == "output.bed");
+    if !is_varied && case.preparation.state.is_none() && case.output.bed.take().is_some() {
+        case.preparation.cache = false;
+    }
     Ok(Run {
         name: String::new(),
         settings: varied.map(|laid| (laid.key.clone(), laid.value.shown())).collect(),
-        hash: resolved::hash_text(&loaded.case),
+        hash: resolved::hash_text(&case),
         needs,
-        text: resolved::write(&loaded.case, Paths::Absolute),
+        text: resolved::write(&case, Paths::Absolute),
         most_steps: loaded.case.run.steps.map(|steps| steps as u64),
     })
 }
@@ -189,8 +194,9 @@ fn translate(plan: &Plan, point: &[Laid], error: &CaseError, report: &mut Diagno
 }
 
 /// Name of the folder of a run.
-fn name(number: usize, width: usize, settings: &[(String, String)]) -> String {
-    let mut name = format!("{number:0width$}");
+fn name(number: usize, settings: &[(String, String)]) -> String {
+    // A sweep that grows keeps the names that it has.
+    let mut name = format!("{number:03}");
     for (key, value) in settings {
         // Tables say too much.
         if value.contains(['{', '\n']) {
@@ -241,6 +247,29 @@ mod tests {
         assert_eq!(runs[1].settings, [("liquid.0.fall.speed".to_owned(), "2 m/s".to_owned())]);
         let runs = posed("[keys]\n\"domain.cells\" = [[8, 8, 8], [16, 16, 16]]\n").unwrap();
         assert_eq!(runs[1].name, "002-cells-16-16-16");
+    }
+
+    #[test]
+    fn each_run_keeps_its_own_bed() {
+        let packed = "[set]\n\"material.sand.density\" = \"2650 kg/m^3\"\n\"grains\" = [{ count = 8, shape = { sphere = { \
+                      diameter = \"0.5 mm\" } }, placement = { packed = { lattice = \"low\" } } }]\n\
+                      \"run.packing_only\" = true\nBED[keys]\n\"grains.0.seed\" = [1, 2]\n";
+        let texts = |bed: &str| {
+            let runs = posed(&packed.replace("BED", bed)).unwrap_or_else(|error| panic!("{error}"));
+            runs.into_iter().map(|run| (run.text, run.hash)).collect::<Vec<_>>()
+        };
+        let [asked, other] = ["\"output.bed\" = \"packed.bed\"\n", "\"preparation.cache\" = false\n"].map(texts);
+        assert_eq!(asked, other);
+        // Negative control: beds that the plan varies stay.
+        let varied =
+            packed.replace("BED", "").replace("\"grains.0.seed\" = [1, 2]", "\"output.bed\" = [\"a.bed\", \"b.bed\"]");
+        let runs = posed(&varied).unwrap_or_else(|error| panic!("{error}"));
+        assert!(runs.iter().zip(["a.bed", "b.bed"]).all(|(run, bed)| run.text.contains(bed)));
+    }
+
+    #[test]
+    fn names_do_not_hang_on_the_number_of_runs() {
+        assert_eq!(["007", "1000"], [7, 1000].map(|number| name(number, &[])));
     }
 
     #[test]

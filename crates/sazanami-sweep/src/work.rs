@@ -149,7 +149,11 @@ impl Sweep {
     /// Refuses a sweep whose results the disk does not hold.
     fn refuse_without_disk(&self, retry: bool) -> Result<(), CommandError> {
         let states = self.states();
-        let left = self.runs.iter().zip(&states).filter(|(_, found)| !found.state.is_ended() || retry);
+        let left = self
+            .runs
+            .iter()
+            .zip(&states)
+            .filter(|(_, found)| !found.state.is_ended() || retry && found.state != State::Finished);
         let (count, needed) = left.fold((0, 0.0), |(count, sum), (run, _)| (count + 1, sum + run.needs.disk));
         let Some(free) = machine::free_disk(&self.folder).filter(|&free| needed > free as f64) else { return Ok(()) };
         Err(CommandError::input(

@@ -189,6 +189,21 @@ mod tests {
     }
 
     #[test]
+    fn runs_of_which_none_has_a_crater_are_not_compared() {
+        let place = tempfile::tempdir().unwrap();
+        let folders = ["a", "b"].map(|name| run(place.path(), name, "finished", 0.02, [0.0; 3]));
+        let compared = || {
+            let mut output = Output { artist: None, progress: &mut Silent };
+            craters::several(&folders, place.path(), &mut output)
+        };
+        // Negative control: with craters.
+        assert!(compared().is_ok());
+        folders.iter().for_each(|folder| change(folder, |summary| summary["observables"] = Value::Null));
+        let error = compared().unwrap_err().to_string();
+        assert!(error.contains("none of these runs has a crater") && error.contains("a: left out"), "{error}");
+    }
+
+    #[test]
     fn tables_of_comparisons_are_numbered() {
         let folder = tempfile::tempdir().unwrap();
         for expected in ["a.csv", "a-2.csv", "a-3.csv"] {

@@ -16,8 +16,10 @@ pub(crate) fn grain_error(case: &Case, walls: &[Wall], error: &DemError) -> Stri
         DemError::GrainEscaped { id, position } => {
             format!("{} escaped from the box: its centre of mass is at {}", name(*id), place(*position))
         }
-        DemError::OverlapTooLarge { ids, fraction, position, substep } => {
-            let limit = case.dem.soften.map_or(String::new(), |softening| {
+        DemError::OverlapTooLarge { ids, fraction, allowed, position, substep } => {
+            // Packing, relaxation and the time before have their own.
+            let softened = case.dem.soften.filter(|softening| softening.largest_overlap == *allowed);
+            let limit = softened.map_or(String::new(), |softening| {
                 let limit = 1e2 * softening.largest_overlap;
                 format!("; `dem.soften` allows {limit:.1} %: soften less or later, in a new run")
             });
@@ -29,11 +31,18 @@ pub(crate) fn grain_error(case: &Case, walls: &[Wall], error: &DemError) -> Stri
                 place(*position)
             )
         }
-        DemError::EnergyGained { id, time, gained, exchanged } => format!(
-            "contacts gave the grains {gained:.3e} J more than they took of the {exchanged:.3e} J that they exchanged, most to {} \
-             by {time:.6} s: their sub-steps are too long; leave `dem.substeps` and the step to the run, or take a softer contact",
-            name(*id)
-        ),
+        DemError::EnergyGained { id, gained, exchanged, .. } => {
+            let own = if case.dem.allowed_error.is_some() {
+                "leave out `dem.allowed_error`"
+            } else {
+                "leave `dem.substeps` and the step to the run"
+            };
+            format!(
+                "contacts gave the grains {gained:.3e} J more than they took of the {exchanged:.3e} J that they exchanged, most to {}: \
+                 their sub-steps are too long; {own}, or take a softer contact",
+                name(*id)
+            )
+        }
         other => other.to_string(),
     }
 }

@@ -146,7 +146,9 @@ pub fn resume(
         Some(good) => good,
         None if newest.skipped.is_empty() => {
             refuse_without_checkpoints(folder)?;
-            return begin_again(&loaded, options, folder, progress, stop);
+            let longer = options.until.filter(|until| can_end_later(&loaded, *until));
+            let longer = longer.map(|until| lengthened(&case_file, &loaded, until)).transpose()?;
+            return begin_again(&longer.unwrap_or(loaded), options, folder, progress, stop);
         }
         None => {
             return Err(CommandError::input(
@@ -165,6 +167,7 @@ pub fn resume(
         ));
     }
     refuse_to_stand_still(&loaded, &resumed.run, options)?;
+    refuse_at_rest(&loaded, &resumed.run, options, folder)?;
     let longer = longer(&case_file, &loaded, &resumed.run, options)?;
     if let Some(history) = resumed.run.history.as_mut().filter(|_| longer.is_some()) {
         history.ends.push(loaded.case.run.until);
@@ -233,6 +236,25 @@ fn refuse_to_stand_still(loaded: &LoadedCase, run: &RunState, options: &RunOptio
     }
 }
 
+/// Refuses to go on with a run that has ended since its crater came to rest: it would end again without a step.
+fn refuse_at_rest(
+    loaded: &LoadedCase,
+    run: &RunState,
+    options: &RunOptions,
+    folder: &Path,
+) -> Result<(), CommandError> {
+    let summary = summary_of(folder);
+    let is_end = summary["status"] == "finished" && summary["time_s"].as_f64() == Some(run.time);
+    let rests = loaded.case.run.end == RunEnd::Rest && run.flows() && is_end;
+    if !rests || run.time >= loaded.case.run.until || options.until.is_none() && options.steps.is_none() {
+        return Ok(());
+    }
+    Err(CommandError::input(
+        format!("this run has come to rest at {} s, where its case ends", run.time),
+        "write a time as `run.until` in the case.toml of its folder, without `run.latest`, then resume it",
+    ))
+}
+
 /// The case with the end that the command asks for, where that is later than its own.
 fn longer(
     case_file: &Path,
@@ -240,15 +262,24 @@ fn longer(
     run: &RunState,
     options: &RunOptions,
 ) -> Result<Option<LoadedCase>, CommandError> {
+    let until = options.until.filter(|until| run.flows() && can_end_later(loaded, *until));
+    until.map(|until| lengthened(case_file, loaded, until)).transpose()
+}
+
+/// Whether `until` \[s] lies after the end of a case that has one.
+fn can_end_later(loaded: &LoadedCase, until: Real) -> bool {
+    !loaded.case.run.packing_only && until > loaded.case.run.until
+}
+
+/// The case in a file with its end, and what ends with it, moved to `until` \[s].
+fn lengthened(case_file: &Path, loaded: &LoadedCase, until: Real) -> Result<LoadedCase, CommandError> {
     let length = &loaded.case.run;
-    let later = |until: &Real| run.flows() && !length.packing_only && *until > length.until;
-    let Some(until) = options.until.filter(later) else { return Ok(None) };
     let end = (length.end != RunEnd::Rest).then(|| format!("run.until=\"{until} s\""));
     let latest = length.latest.map(|latest| format!("run.latest=\"{} s\"", latest.max(until)));
     let mut longer = case::load(case_file, &end.into_iter().chain(latest).collect::<Vec<_>>())?;
     longer.case.output.move_end(length.until, until);
     longer.case.grains.iter_mut().for_each(|population| population.move_end(length.until, until));
-    Ok(Some(longer))
+    Ok(longer)
 }
 
 /// The options of a command that goes on with a run, with the ranks and the order of sums that the run had where they leave that open.
@@ -278,7 +309,12 @@ fn summary_of(folder: &Path) -> serde_json::Value {
 /// Refuses a run that wrote its last checkpoint long ago and has it no more: it would be computed again from the beginning.
 fn refuse_without_checkpoints(folder: &Path) -> Result<(), CommandError> {
     let summary = summary_of(folder);
-    let Some(status @ ("finished" | "stopped")) = summary["status"].as_str() else { return Ok(()) };
+    let status = match summary["status"].as_str() {
+        Some(status @ ("finished" | "stopped")) => status,
+        // The hash of the state comes with the first checkpoint.
+        Some(_) if !summary["state_hash"].is_null() => "broken off",
+        _ => return Ok(()),
+    };
     Err(CommandError::input(
         format!("`{}` holds a run that has {status}, and no checkpoint of it", folder.display()),
         format!(

@@ -91,8 +91,9 @@ fn tank_of(case: &Case) -> String {
     let mut tank = Case {
         name: "tank".to_owned(),
         title: String::new(),
-        bed: Bed { porosity_lower: lower.z, porosity_upper: upper.z, height_radius, axis },
+        bed: Bed { porosity_lower: lower.z, porosity_upper: None, height_radius, axis, ..case.bed },
         erosion: None,
+        heap: None,
         ripples: None,
         probes: Vec::new(),
         output: Outputs {
@@ -177,6 +178,13 @@ fn find(
     let preparation = &case.preparation;
     if let Some(path) = &preparation.state {
         let span = loaded.places.at("preparation");
+        if case.run.packing_only {
+            report
+                .error(loaded.places.at("run.packing_only"), "there is nothing to pack")
+                .label("the tank of `preparation.state` is taken as it is")
+                .help("leave out `run.packing_only` or `preparation.state`");
+            return None;
+        }
         if case.output.bed.is_some() && case.packs() {
             report
                 .error(loaded.places.at("output.bed"), "there is no bed to write")
@@ -214,7 +222,7 @@ fn find(
         say(format!("tank prepared before, from {}", path.display()));
         return Some(snapshot);
     }
-    if !preparation.cache || !preparation.is_needed() {
+    if !preparation.cache || !preparation.is_needed() || case.run.packing_only {
         return None;
     }
     let path = maker.kept_at(case).filter(|path| path.is_file())?;

@@ -71,8 +71,8 @@ pub struct DemOptions {
           "the paper's number of sub-steps in a fluid step"))]
     pub substeps: Substeps,
     /// Mean error of an oblique impact of the lightest grains that the length of `auto` sub-steps may bring: of the coefficient of
-    /// restitution, and of the spin over the tangential speed. Sub-steps are as long as it lets them be, up to
-    /// 0.225 pi sqrt(m*/K); `check` says the errors.
+    /// restitution, and of the spin over the tangential speed. Sub-steps are as long as it and the stability of damped contacts let them be,
+    /// up to 0.225 pi sqrt(m*/K); `check` says the errors.
     #[key(range = Between(1e-6, 0.5), says = "sub-steps as `tangential_force` says")]
     pub allowed_error: Option<Real>,
     /// Whether separating contacts may pull.

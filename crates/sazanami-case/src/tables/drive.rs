@@ -34,7 +34,8 @@ pub struct Drive {
     #[key(unit = "m/s")]
     pub mean_velocity: Option<Vector>,
     /// What the force acts by: mass, as the gravity of a channel that slopes, or volume, as a gradient of the pressure from outside in a tunnel, under
-    /// waves, in a box in which grains settle. On grains that is the volume of water that they displace.
+    /// waves, in a box in which grains settle. On grains that is the volume of water that they displace. A gradient of the pressure goes on
+    /// the grid through boxes without open sides only.
     #[key(word, default = if mean_velocity == Some(Vector::ZERO) { ActsBy::Volume } else { ActsBy::Mass }, says = "`mass`; `volume` with a mean velocity of zero")]
     pub acts_by: ActsBy,
     /// Height above which the mean of the velocity is taken (on the grid outside grains): over a bed its top.

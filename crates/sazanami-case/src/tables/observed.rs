@@ -27,10 +27,15 @@ pub struct Bed {
     /// Lower height (coordinate of x3) of the slab in which porosity is measured.
     #[key(unit = "m", default = cx.known.domain.lower.z, says = "the floor")]
     pub porosity_lower: Real,
-    /// Upper height of that slab.
-    #[key(unit = "m", default = (porosity_lower + POROSITY_SLAB * usual_size(cx)).min(cx.known.domain.upper.z),
-          says = "ten of the largest grains by their usual size above the lower one, or the top")]
-    pub porosity_upper: Real,
+    /// Upper height of that slab; H_s where that is lower.
+    #[key(
+        unit = "m",
+        says = "ten of the largest grains by their usual size above the lower one; at most one below H_s where that leaves one"
+    )]
+    pub porosity_upper: Option<Real>,
+    /// Usual size of the largest grains \[m].
+    #[key(skip = usual_size(cx))]
+    pub grain: Real,
     /// Radius about the axis within which the height of the bed H_s is taken: the highest point of a grain there.
     #[key(unit = "m", within = cx.known.lengths(), default = height_radius(cx),
           says = "two of the largest grains by their usual size; at most half the diagonal of the box, at least a hundred-thousandth of it")]
@@ -66,7 +71,8 @@ fn check_axis(what: &str, [x, y]: [Real; 2], table: &Table<'_>, help: &str, cx: 
 impl Bed {
     fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
         check_axis("bed", self.axis, table, "leave out `axis` for the middle of the box", cx);
-        let ([lower, upper], domain) = ([self.porosity_lower, self.porosity_upper], cx.known.domain);
+        let (lower, domain) = (self.porosity_lower, cx.known.domain);
+        let upper = self.porosity_upper.unwrap_or(domain.upper.z);
         if lower >= upper || lower < domain.lower.z || upper > domain.upper.z {
             let place = if table.has("porosity_upper") { "porosity_upper" } else { "porosity_lower" };
             let [from, to] = [lower, upper].map(|height| rounded(1e3 * height));
@@ -80,10 +86,18 @@ impl Bed {
         }
     }
 
-    /// Slab between two heights in which porosity is measured \[m].
+    /// Slab between two heights in which the porosity of a bed is measured whose surface lies at `surface` \[m]. The
+    /// uppermost grain, where a bed is loose, stays out of it unless an upper height is given or less than a grain would be left.
     #[must_use]
-    pub fn porosity_slab(&self) -> [Real; 2] {
-        [self.porosity_lower, self.porosity_upper]
+    pub fn porosity_slab(&self, surface: Real) -> [Real; 2] {
+        let lower = self.porosity_lower;
+        let below = surface - self.grain;
+        let upper = match self.porosity_upper {
+            Some(given) => given.min(surface),
+            None if below > lower + self.grain => below.min(lower + POROSITY_SLAB * self.grain),
+            None => surface,
+        };
+        [lower, upper]
     }
 }
 

@@ -46,7 +46,7 @@ pub struct Overlap {
     #[key(word, default)]
     pub drag: DragForm,
     /// Kozeny's constant k in the permeability `eps^3 d^2/(k (1-eps)^2)`.
-    #[key(range = NonNegative, default = DRAG.kozeny, omit_if = self.drag != DragForm::Blend)]
+    #[key(range = Positive, default = DRAG.kozeny, omit_if = self.drag != DragForm::Blend)]
     pub kozeny: Real,
     /// Constant quadratic coefficient F_ch instead of Ergun's `1.75/sqrt(150 eps^3)`.
     #[key(range = NonNegative, says = "Ergun's", omit_if = self.drag != DragForm::Blend)]

@@ -372,7 +372,7 @@ impl SideName {
 
 /// Grains that are fed in one after another through a side that holds none back. Each begins just outside, at a random place where
 /// there is room, and is carried in at `velocity`; from when it is inside as a whole it moves by the forces on it. Where there is no room at
-/// its time it waits for it. `fed_grains` and `fed_mass` count them.
+/// its time, or a gate stands, it waits for it. `fed_grains` and `fed_mass` count them.
 #[derive(Clone, Debug, PartialEq, Keys)]
 #[keys(check = Self::check)]
 pub struct Feed {

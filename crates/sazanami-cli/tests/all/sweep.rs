@@ -213,3 +213,13 @@ fn targets_out_of_reach_and_unknown_are_told() {
     let runs = begun.filter(|entry| entry.path().join("summary.json").exists()).count();
     assert_eq!(runs, 1, "{}", said(&output));
 }
+
+#[test]
+fn a_calibration_over_other_keys_is_refused() {
+    let folder = folder(CALIBRATION);
+    std::fs::create_dir_all(folder.path().join("runs/plan")).unwrap();
+    std::fs::write(folder.path().join("runs/plan/calibration.json"), "[[0.5, 0.25], [0.5, 0.75]]").unwrap();
+    let output = calibrate(folder.path());
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert!(said(&output).contains("holds a search over 2 keys, and this plan has 1"), "{}", said(&output));
+}

@@ -13,6 +13,7 @@ use crate::contact::walls::WallContact;
 use crate::error::DemError;
 use crate::grain::{Grains, Motion, ROWS};
 use crate::motion::{MassProperties, Pose};
+use crate::wall::Wall;
 
 /// Skin of a resting grain, the distance it may travel before lists are renewed, over its bounding radius.
 const RESTING_SKIN: Real = 0.08;
@@ -92,6 +93,25 @@ impl Engine {
         }
         records.sort_unstable_by_key(ContactRecord::key);
         debug_assert!(records.is_sorted_by(|a, b| a.key() < b.key()), "every pair stands in the list once");
+    }
+
+    /// Numbers the walls in the memory of contacts as `walls` does, before the engine has these; contacts with others are forgotten.
+    pub(crate) fn renumber_walls(&mut self, walls: &[Wall]) {
+        self.collect_records();
+        self.listed = false;
+        let is = |wall: &Wall, other: &Wall| {
+            other.edges == wall.edges
+                && other.normal == wall.normal
+                && (other.point - wall.point).dot(wall.normal) == 0.0
+        };
+        let numbers: Vec<_> = self.walls.iter().map(|wall| walls.iter().position(|other| is(wall, other))).collect();
+        self.records.retain_mut(|record| {
+            let Some(wall) = record.high.checked_sub(crate::WALL) else { return true };
+            let Some(number) = numbers[wall as usize] else { return false };
+            record.high = crate::WALL + number as u64;
+            true
+        });
+        self.records.sort_unstable_by_key(ContactRecord::key);
     }
 
     /// New ghosts and lists; with `migrate`, new owners first.

@@ -207,10 +207,11 @@ impl Engine {
     }
 }
 
-pub(super) fn overlap_error(counters: &Counters, substep: usize) -> DemError {
+pub(super) fn overlap_error(counters: &Counters, allowed: Real, substep: usize) -> DemError {
     DemError::OverlapTooLarge {
         ids: counters.deepest_ids,
         fraction: counters.deepest,
+        allowed,
         position: counters.deepest_at,
         substep,
     }

@@ -1,8 +1,11 @@
 //! Beds come to an end, whatever lies on what.
 
-use sazanami_dem::{Body, Damping, Grain, Interactions, LinearSpringDashpot, Packing, PackingSettings, Stage};
+use sazanami_dem::{
+    Body, Damping, Grain, Interactions, LinearSpringDashpot, Packing, PackingSettings, Setup, Stage, WALL, Wall,
+};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
+use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
 
 const RADIUS: Real = 0.5e-3;
@@ -120,6 +123,50 @@ fn a_bed_rests_without_being_slowed() {
     let mean = (0..grains.owned()).map(|g| grains.velocity[g].length()).sum::<Real>() / grains.owned() as Real;
     assert!(mean > timed.rest_speed, "negative control: {mean} m/s");
     assert_eq!(pack_with(14, STIFF, PackingSettings { by_time_only: false, ..timed }).stage, Stage::Done);
+}
+
+#[test]
+fn the_memory_of_contacts_goes_to_the_walls_in_the_same_place() {
+    let upper = Vector::new(3.6e-3, 3.6e-3, 4e-3);
+    let domain = Domain::solo(Grid::new([8, 8, 8], Vector::ZERO, upper), [false; 3]);
+    let settings = PackingSettings { longest: 0.02, ..PackingSettings::new(Vector::ZERO, Vector::ZERO) };
+    // Lower identifier and displacement of the contacts with each wall, in the order of grains, by the number of the wall.
+    type OfWalls = [Vec<(u64, [Real; 3])>; 5];
+    let read = |snapshot: &Snapshot| {
+        let [low, high] = ["contact.low", "contact.high"].map(|name| snapshot.u64(name).expect("it is written"));
+        let displaced = snapshot.reals("contact.displacement").expect("it is written");
+        let mut found = OfWalls::default();
+        for (n, high) in high.iter().enumerate() {
+            if let Some(wall) = high.checked_sub(WALL) {
+                found[wall as usize].push((low[n], [0, 1, 2].map(|d| displaced[3 * n + d])));
+            }
+        }
+        found
+    };
+    let between = |present: [[bool; 2]; 3]| {
+        let mut packing = pack_with(27, SOFT, settings.clone()).packing;
+        let mut snapshot = Snapshot::default();
+        packing.snapshot(&domain, "", &mut snapshot);
+        let before = read(&snapshot);
+        let setup = Setup {
+            bodies: packing.engine().bodies().to_vec(),
+            interactions: packing.engine().interactions().clone(),
+            walls: Wall::of_box(Vector::ZERO, upper, 0, present),
+            region: [Vector::NEG_INFINITY, Vector::INFINITY],
+            ghost_margin: 0.0,
+        };
+        let mut engine = packing.into_engine(&domain, setup).expect("they are the same grains");
+        let mut snapshot = Snapshot::default();
+        engine.snapshot(&domain, "", &mut snapshot);
+        (before, read(&snapshot))
+    };
+    let (before, open) = between([[true, false], [true; 2], [true, false]]);
+    // One wall goes, two change their numbers.
+    assert!([1, 3, 4].iter().all(|&wall| !before[wall].is_empty()), "{before:?}");
+    let [x, _, y, beyond, floor] = before.clone();
+    assert_eq!(open, [x, y, beyond, floor, Vec::new()]);
+    // Negative control: between the walls of the packing all stays.
+    assert_eq!(between([[true; 2], [true; 2], [true, false]]), (before.clone(), before));
 }
 
 #[test]

@@ -15,13 +15,14 @@
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
+use std::io::Write as _;
 use std::path::Path;
 
 use sazanami_numerics::{Quaternion, Real, Vector};
 
 use super::{Bed, BedFileError, BedGrain, Recipe};
-use crate::input;
 use crate::table::{fields, unquoted};
+use crate::{input, replace_file};
 
 const COLUMNS: [&str; 10] = ["shape", "size_factor", "x1_m", "x2_m", "x3_m", "q_w", "q_x", "q_y", "q_z", "held"];
 const LOWER: &str = "lower_m";
@@ -44,8 +45,7 @@ pub(super) fn write(bed: &Bed, path: &Path) -> Result<(), BedFileError> {
         let Vector { x, y, z } = *position;
         let _ = writeln!(text, "{shape},{scale},{x},{y},{z},{},{},{},{},{}", q.w, q.x, q.y, q.z, u8::from(*held));
     }
-    let unfinished = path.with_extension("csv.part");
-    std::fs::write(&unfinished, text).and_then(|()| std::fs::rename(&unfinished, path)).map_err(refused)
+    replace_file(path, |file| file.write_all(text.as_bytes())).map_err(refused)
 }
 
 /// A name that stands in one field whatever it holds.

@@ -24,8 +24,8 @@ const GROUP: usize = 32;
 const BLOCK: Real = 16.0;
 /// Most values that are set for a grain together.
 pub(super) const MOST: usize = 7;
-/// Density of grains that are not free over their own, so that the projection does not move them. Not more: within grains
-/// the pressure must follow that around them.
+/// Density of grains that are not free over their own or that of the liquid, whichever is larger, so that the projection does
+/// not move them. Not more: within grains the pressure must follow that around them.
 const RIGID: Real = 100.0;
 /// A grain is imprinted anew when a point of it has moved by this part of the cell width.
 pub(super) const STALE: Real = 1e-3;
@@ -270,12 +270,20 @@ fn at_arm(motion: &[[Real; 6]], n: usize, share: &Share) -> Vector {
     share.fraction * (velocity + spin.cross(share.arm()))
 }
 
+/// See [`Imprint::acting_density`].
+fn acting_density(grains: &Grains, n: usize, volume: Real, (rigid, least): (Real, Real)) -> Real {
+    match grains.motion[n] {
+        Motion::Free => grains.mass[n] / volume,
+        _ => (rigid * grains.mass[n] / volume).max(rigid * least),
+    }
+}
+
 /// Volume fractions of the grains on the cells of a rank.
 pub struct Imprint {
     method: VolumeFractionMethod,
     with_areas: bool,
-    /// Density of grains that are not free over their own.
-    rigid: Real,
+    /// Density of grains that are not free over their own, and over what it is at least [kg/m^3].
+    rigid: (Real, Real),
     groups: Vec<Group>,
     /// Identifier and image of every entry of the engine.
     keys: Vec<(u64, [i32; 3])>,
@@ -312,7 +320,7 @@ impl Imprint {
         Self {
             method,
             with_areas: false,
-            rigid: 1.0,
+            rigid: (1.0, 0.0),
             groups: Vec::new(),
             keys: Vec::new(),
             order: Vec::new(),
@@ -333,11 +341,11 @@ impl Imprint {
     }
 
     /// The same; `with_areas` with the surface of the grains in each cell, and with grains that are not free a hundred times
-    /// as heavy.
+    /// as heavy, or as the denser fluid of `densest` [kg/m^3] where that is more.
     #[must_use]
-    pub fn with_areas(self, with_areas: bool) -> Self {
+    pub fn with_areas(self, with_areas: bool, densest: Real) -> Self {
         let cells = if with_areas { self.solid_fraction.cells() } else { [0; 3] };
-        let rigid = if with_areas { RIGID } else { 1.0 };
+        let rigid = if with_areas { (RIGID, densest) } else { (1.0, 0.0) };
         Self { with_areas, rigid, area: Field::new(cells, 0.0), grains_in: Field::new(cells, 0.0), ..self }
     }
 
@@ -468,8 +476,7 @@ impl Imprint {
             }
             covered.fill(false);
             lists.for_each_share(k, |n, volume, shares| {
-                let free = grains.motion[n] == Motion::Free;
-                let rho = if free { grains.mass[n] / volume } else { rigid * grains.mass[n] / volume };
+                let rho = acting_density(grains, n, volume, rigid);
                 for share in shares {
                     let at = share.at as usize - origin;
                     alpha[at] += share.fraction;
@@ -543,9 +550,18 @@ impl Imprint {
         });
     }
 
-    /// Density of grains that are not free over their own.
-    pub(super) fn rigid(&self) -> Real {
-        self.rigid
+    /// One over the density [m^3/kg] with which a grain of a volume [m^3] acts on the fluid.
+    pub(super) fn lightness(&self, grains: &Grains, n: usize, volume: Real) -> Real {
+        let (rigid, least) = self.rigid;
+        match grains.motion[n] {
+            Motion::Free => volume / grains.mass[n],
+            _ => (volume / (rigid * grains.mass[n])).min((rigid * least).recip()),
+        }
+    }
+
+    /// Density [kg/m^3] with which a grain of a volume [m^3] acts on the fluid: its own if it is free.
+    pub(super) fn acting_density(&self, grains: &Grains, n: usize, volume: Real) -> Real {
+        acting_density(grains, n, volume, self.rigid)
     }
 }
 

@@ -386,7 +386,7 @@ impl ResolvedGrains {
         let Self { joint, imprint, engine, shapes, surface, .. } = self;
         let grains = engine.grains();
         joint.density.resize(grains.len(), [0.0; 1]);
-        let (bound, rigid) = (&joint.bound, imprint.rigid());
+        let bound = &joint.bound;
         for_each_chunk(&mut joint.density[..grains.owned()], 64, |number, density| {
             for (offset, density) in density.iter_mut().enumerate() {
                 let n = number * 64 + offset;
@@ -394,7 +394,7 @@ impl ResolvedGrains {
                 *density = [if grains.motion[n] == Motion::Free {
                     (grains.mass[n] + bound[n][1]) / (volume + bound[n][4])
                 } else {
-                    rigid * grains.mass[n] / volume
+                    imprint.acting_density(grains, n, volume)
                 }];
             }
         });

@@ -20,7 +20,7 @@ use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Quaternion, Real, Vector};
 use sazanami_parallel::{Reduction, for_each_chunk, reduce_over};
 
-use crate::flow::Flow;
+use crate::flow::{Flow, Fluids};
 use crate::grains::joint::Joint;
 use crate::grains::room::Room;
 use crate::momentum::Impulses;
@@ -121,14 +121,15 @@ pub struct ResolvedGrains {
 }
 
 impl ResolvedGrains {
-    /// Couples the grains of `engine`, of the given shapes, to the fluid of `domain` and imprints them: where they
+    /// Couples the grains of `engine`, of the given shapes, to the `fluids` of `domain` and imprints them: where they
     /// were last imprinted, if they come from a snapshot.
     #[must_use]
-    pub fn new(domain: &Domain, engine: Engine, shapes: Arc<[Shape]>, coupling: Coupling) -> Self {
+    pub fn new(domain: &Domain, fluids: &Fluids, engine: Engine, shapes: Arc<[Shape]>, coupling: Coupling) -> Self {
         // With those that have left: the run goes on as one with grains.
         let there = domain.sum([engine.grains().owned() as Real])[0] as usize + engine.departures().grains as usize;
         let at_first = there - engine.arrivals().grains as usize;
         let surfaces = coupling.exchange == Exchange::Surface;
+        let densest = fluids.liquid_density.max(fluids.gas_density);
         // Without grains the fields of the coupling take no memory.
         let cells = if at_first == 0 && !engine.expects_arrivals() { [0; 3] } else { domain.cells() };
         let extents = shapes.iter().map(|shape| shape.extent().1 - shape.extent().0);
@@ -138,7 +139,7 @@ impl ResolvedGrains {
             middles: extents.map(|extent| extent.element_sum() - extent.min_element() - extent.max_element()).collect(),
             shapes,
             coupling,
-            imprint: Imprint::new(cells, coupling.volume_fractions()).with_areas(surfaces),
+            imprint: Imprint::new(cells, coupling.volume_fractions()).with_areas(surfaces, densest),
             surface: Surface::new(if surfaces { cells } else { [0; 3] }),
             joint: Joint::default(),
             stress_impulse: {

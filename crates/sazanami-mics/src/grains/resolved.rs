@@ -89,8 +89,7 @@ impl ResolvedGrains {
             Some(&[density]) => 1.0 / density,
             None => {
                 let volume = self.shapes[grains.shape[n] as usize].volume() * grains.scale[n].powi(3);
-                let heavier = if grains.motion[n] == Motion::Free { 1.0 } else { self.imprint.rigid() };
-                volume / (heavier * grains.mass[n])
+                self.imprint.lightness(grains, n, volume)
             }
         };
         self.imprint.sum_sections(domain, self.motion_in_pass(), lightness, self.surface.reach(), into.each_mut());

@@ -102,6 +102,7 @@ impl Heights {
                 }
             }
         }
+        self.pins.fill_halos(domain, &self.kept);
         let [f1, f2, f3] = self.fields.each_mut();
         let [r1, r2, r3] = &self.kept;
         if [r1, r2, r3] != self.rules.each_ref() {
@@ -117,7 +118,7 @@ impl Heights {
         let (layer, inward) = if side == 0 { (-1, inward) } else { (domain.cells()[wall] as isize, -inward) };
         let mut range = domain.interior();
         range[wall] = layer..layer + 1;
-        let Self { fields, own, third: next, pins, kept: rules, .. } = self;
+        let Self { fields, own, third: next, pins, .. } = self;
         let (values, places) = (fields[d].data(), pins.at(d, wall));
         // Slope along the wall in a layer before it, beside a height; with a column missing the slope of the other half.
         let slope = |at: isize, up: bool, h: Real| {
@@ -167,11 +168,12 @@ impl Heights {
         domain.for_each_row(&range, fields[d].data_mut(), |row, field| {
             field.copy_from_slice(&moved[row.shifted(0)]);
         });
-        pins.set(domain, (d, wall), &range, next, &rules[d]);
+        pins.set(domain, (d, wall), &range, next);
     }
 
-    /// Where lines of contact with two angles stand, for a restart: the direction along the wall, that of the wall, and places before it.
-    pub fn pinned(&self, domain: &Domain) -> impl Iterator<Item = ([usize; 2], Field<Real>)> {
+    /// Where lines of contact with two angles stand, for a restart: the direction along the wall, that of the wall, 0, or 1 for those of the
+    /// upper wall before the same cells as the lower one, and places before it.
+    pub fn pinned(&self, domain: &Domain) -> impl Iterator<Item = ([usize; 3], Field<Real>)> {
         self.pins.before_walls(domain)
     }
 
@@ -182,15 +184,17 @@ impl Heights {
     pub fn pin<E>(
         &mut self,
         domain: &Domain,
-        read: impl Fn([usize; 2]) -> Result<Option<Field<Real>>, E>,
+        read: impl Fn([usize; 3]) -> Result<Option<Field<Real>>, E>,
     ) -> Result<(), E> {
-        for [d, wall] in (0..9).map(|n| [n / 3, n % 3]) {
+        for [d, wall, part] in (0..18).map(|n| [n / 6, n / 2 % 3, n % 2]) {
             if self.pins.at(d, wall).is_some()
-                && let Some(before) = read([d, wall])?
+                && part < pins::parts(domain, wall)
+                && let Some(before) = read([d, wall, part])?
             {
-                self.pins.resume(domain, [d, wall], &before, &self.kept[d]);
+                self.pins.resume(domain, [d, wall, part], &before);
             }
         }
+        self.pins.fill_halos(domain, &self.kept);
         Ok(())
     }
 

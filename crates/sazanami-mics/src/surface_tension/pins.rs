@@ -34,58 +34,65 @@ impl Pins {
         self.fields[d][wall].as_ref().map(Field::data)
     }
 
-    /// Takes those along `d` in the layer `range` behind a wall normal to `wall` from `next`.
-    pub fn set(
-        &mut self,
-        domain: &Domain,
-        (d, wall): (usize, usize),
-        range: &Range3,
-        next: &Field<Real>,
-        kept: &GhostRules,
-    ) {
+    /// Takes those along `d` in the layer `range` behind a wall normal to `wall` from `next`; [`Self::fill_halos`] is to follow.
+    pub fn set(&mut self, domain: &Domain, (d, wall): (usize, usize), range: &Range3, next: &Field<Real>) {
         if let Some(field) = &mut self.fields[d][wall] {
             domain.for_each_row(range, field.data_mut(), |row, field| {
                 field.copy_from_slice(&next.data()[row.shifted(0)]);
             });
-            domain.fill_halos_to(1, &mut [(field, kept)]);
         }
     }
 
-    /// All of them with the direction and the wall of each, brought before the wall: for a restart.
-    pub fn before_walls(&self, domain: &Domain) -> impl Iterator<Item = ([usize; 2], Field<Real>)> {
+    /// Fills the ghosts of those along each direction by its rules `kept`. Collective: of ranks that touch none of the walls too.
+    pub fn fill_halos(&mut self, domain: &Domain, kept: &[GhostRules; 3]) {
+        for (fields, kept) in self.fields.iter_mut().zip(kept) {
+            fields.iter_mut().flatten().for_each(|field| domain.fill_halos_to(1, &mut [(field, kept)]));
+        }
+    }
+
+    /// All of them with the direction, the wall and the part of each, brought before the wall: for a restart.
+    pub fn before_walls(&self, domain: &Domain) -> impl Iterator<Item = ([usize; 3], Field<Real>)> {
         self.fields
             .iter()
             .enumerate()
             .flat_map(|(d, fields)| fields.iter().enumerate().map(move |(wall, field)| (d, wall, field)))
-            .filter_map(|(d, wall, field)| {
+            .filter_map(|(d, wall, field)| Some((d, wall, field.as_ref()?)))
+            .flat_map(|(d, wall, from)| (0..parts(domain, wall)).map(move |part| ([d, wall, part], from)))
+            .map(|([d, wall, part], from)| {
                 let mut before = domain.field(0.0);
-                let from = field.as_ref()?;
-                for (layer, by) in layers(domain, wall) {
+                for (layer, by) in layers(domain, wall, part) {
                     domain.for_each_row(&layer, before.data_mut(), |row, before| {
                         before.copy_from_slice(&from.data()[row.shifted(by)]);
                     });
                 }
-                Some(([d, wall], before))
+                ([d, wall, part], before)
             })
     }
 
-    /// Goes on with the places along `d` that a restart gives the cells before walls normal to `wall`.
-    pub fn resume(&mut self, domain: &Domain, [d, wall]: [usize; 2], before: &Field<Real>, kept: &GhostRules) {
-        for (mut layer, by) in layers(domain, wall) {
+    /// Goes on with the places along `d` that a restart gives the cells before walls normal to `wall`; [`Self::fill_halos`] is to follow.
+    pub fn resume(&mut self, domain: &Domain, [d, wall, part]: [usize; 3], before: &Field<Real>) {
+        for (mut layer, by) in layers(domain, wall, part) {
             layer[wall] = layer[wall].start + by.signum()..layer[wall].end + by.signum();
             let mut next = domain.field(0.0);
             domain.for_each_row(&layer, next.data_mut(), |row, next| {
                 next.copy_from_slice(&before.data()[row.shifted(-by)])
             });
-            self.set(domain, (d, wall), &layer, &next, kept);
+            self.set(domain, (d, wall), &layer, &next);
         }
     }
 }
 
-/// The first and the last layer of cells along `wall`, and how far on in memory what lies behind the walls is.
-fn layers(domain: &Domain, wall: usize) -> [(Range3, isize); 2] {
+/// Fields that take the places before walls normal to `wall`: one, or one for each side where both are before the same layer of cells.
+pub(super) fn parts(domain: &Domain, wall: usize) -> usize {
+    if domain.grid().cells[wall] == 1 { 2 } else { 1 }
+}
+
+/// The first and the last layer of cells along `wall`, those that are in field `part` of [`parts`], and how far on in memory what lies
+/// behind the walls is.
+fn layers(domain: &Domain, wall: usize, part: usize) -> impl Iterator<Item = (Range3, isize)> {
     let last = domain.cells()[wall] as isize - 1;
-    [(0, -1), (last, 1)].map(|(layer, sign)| {
+    let all = [(0, -1), (last, 1)].into_iter().skip(part).take(3 - parts(domain, wall));
+    all.map(move |(layer, sign)| {
         let mut range = domain.interior();
         range[wall] = layer..layer + 1;
         (range, sign * domain.strides()[wall])

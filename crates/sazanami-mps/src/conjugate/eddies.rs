@@ -27,7 +27,7 @@ pub const CROWDED: Real = 0.5;
 pub(crate) struct Eddies {
     /// Columns along x1 and x2, and layers.
     counts: [usize; 3],
-    /// Lower corner of the box as it stands \[m].
+    /// Lower corner of the box as it stands, of the domain along periodic directions \[m].
     lower: Vector,
     /// Size of a cell \[m].
     cell: Vector,
@@ -48,7 +48,9 @@ impl Eddies {
     /// Mixing lengths where grains and walls are now; void fractions are placed. All ranks have all columns.
     pub fn measure(&mut self, step: &Context<'_>, tank: &Tank, grains: &OverlappingGrains) {
         let extent = tank.upper - tank.lower;
-        self.lower = tank.lower + tank.displacement;
+        // Along periodic directions grains and water are where the domain is, however far the walls have gone.
+        let periodic = step.periods.length.cmpgt(Vector::ZERO);
+        self.lower = tank.lower + Vector::select(periodic, Vector::ZERO, tank.displacement);
         let wide = grains.coupling().smoothing.max(step.settings.fluid.spacing);
         let sizes = [wide, wide, step.settings.fluid.spacing];
         self.counts =

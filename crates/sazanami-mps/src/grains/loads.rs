@@ -251,7 +251,7 @@ impl OverlappingGrains {
         // Impulse on the grains from outside the water, which has no reaction on it.
         let [displaced] = domain.sum(sum_of(owned, |g| [around[g].submerged * volume(diameter[g])]));
         let outside = dt * density * displaced * by_volume;
-        let contacts = coupling.drag.run(Advance {
+        let mut contacts = coupling.drag.run(Advance {
             domain,
             engine,
             around,
@@ -262,8 +262,11 @@ impl OverlappingGrains {
             dt,
             substeps,
         })?;
+        if step.forcing.wall_velocity != Vector::ZERO {
+            contacts.largest_speed = self.largest_speed(domain, step.forcing.wall_velocity);
+        }
         // Some grains have moved on to other ranks.
-        let grains = engine.grains();
+        let grains = self.engine.grains();
         let sum = domain.sum(sum_of(grains.owned(), |g| {
             let (drag, pressure) = (grains.drag_impulse[g], dt * vector(&grains.attached[g], PRESSURE_FORCE));
             [drag.x, drag.y, drag.z, pressure.x, pressure.y, pressure.z]

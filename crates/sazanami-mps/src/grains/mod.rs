@@ -110,7 +110,8 @@ pub struct OverlappingGrains {
     /// Reciprocal of the shortest drag relaxation time of a grain and the fluid around it in the last step, over all
     /// ranks [1/s].
     drag_rate: Real,
-    /// The same before the first step, with grains and fluid at rest; none once grains were stepped.
+    /// The same before the first step, and the first after grains were let go, with grains and fluid at rest; none once grains were
+    /// stepped.
     first_drag_rate: Option<Real>,
     diameter: Vec<Real>,
     force: Vec<Vector>,
@@ -208,7 +209,8 @@ impl OverlappingGrains {
         }
     }
 
-    /// Holds the grains in place or releases them; held grains exchange no momentum with the fluid.
+    /// Holds the grains in place or releases them; held grains exchange no momentum with the fluid, and keep their velocities until
+    /// they are released.
     pub fn freeze(&mut self, frozen: bool) {
         self.frozen = frozen;
     }
@@ -314,7 +316,8 @@ impl OverlappingGrains {
     pub fn place(&mut self, domain: &Domain, tank: &Tank) {
         if self.any {
             self.share_added_mass(domain);
-            self.sources.fill(domain, tank, &self.engine, self.coupling.drag.density, self.added.as_flattened());
+            let (grains, density) = ((&self.engine, self.frozen), self.coupling.drag.density);
+            self.sources.fill(domain, tank, grains, density, self.added.as_flattened());
         }
     }
 
@@ -387,13 +390,13 @@ impl OverlappingGrains {
         self.drag_rate
     }
 
-    /// The drag rate that limits the next step [1/s]: none where the drag is implicit or the grains are held; before
-    /// the first step that of fluid at rest.
+    /// The drag rate that limits the next step [1/s]: none where the drag is implicit or the grains are held; before the first step
+    /// that of fluid at rest, and at least that where grains were let go since the last one.
     pub(crate) fn limiting_drag_rate(&self) -> Real {
         if self.coupling.drag_integration == DragIntegration::Implicit || !self.is_active() {
             return 0.0;
         }
-        self.first_drag_rate.unwrap_or(self.drag_rate)
+        self.first_drag_rate.map_or(self.drag_rate, |first| first.max(self.drag_rate))
     }
 
     /// Whether the last step had grains of which none felt drag.
@@ -411,15 +414,18 @@ impl OverlappingGrains {
 
     /// Largest speed of a grain relative to a velocity `frame` [m/s].
     pub(crate) fn largest_speed(&self, domain: &Domain, frame: Vector) -> Real {
-        let grains = self.engine.grains();
-        largest(domain, grains.owned(), |g| (grains.velocity[g] - frame).length())
+        largest(domain, self.engine.grains().owned(), |g| (self.motion(g) - frame).length())
     }
 
     /// Largest speed of a grain over its diameter [1/s].
     pub(crate) fn motion_rate(&self, domain: &Domain) -> Real {
-        let grains = self.engine.grains();
-        let rate = |g: usize| grains.velocity[g].length() / diameter_of(&self.engine, g);
-        largest(domain, grains.owned(), rate)
+        let rate = |g: usize| self.motion(g).length() / diameter_of(&self.engine, g);
+        largest(domain, self.engine.grains().owned(), rate)
+    }
+
+    /// Velocity with which own grain `g` moves [m/s]: none while the grains are held in place.
+    fn motion(&self, g: usize) -> Vector {
+        if self.frozen { Vector::ZERO } else { self.engine.grains().velocity[g] }
     }
 }
 

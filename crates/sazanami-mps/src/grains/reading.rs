@@ -15,7 +15,8 @@
 //!
 //! **Drag.** Each particle drags by the law at its own void fraction and its own slip: water above a bed, which sees the bed as a
 //! dilute one, is held back little, however wide `W` is. Of the law `kappa(eps, s)` a grain takes two values at its mean slip, in clear
-//! water and at its own void fraction, where the sum over grains is `S_g`; between them it goes with the cube of `S`:
+//! water and at its own void fraction, where the sum over grains is `S_g`; between them it goes with the cube of `S`, and where the law has
+//! less among grains than in clear water it is that among grains for all particles:
 //!
 //! ```text
 //! kappa_i = kappa(1) + [kappa(eps_g) - kappa(1)] (S_i/S_g)^3,   F = sum a kappa_i (u_i - v)/sum a
@@ -153,12 +154,14 @@ impl OverlappingGrains {
     }
 }
 
-/// Drag coefficients [kg/s] of a sphere of diameter `d` \[m] in clear water and at void fraction `eps`, of which only ratios are
-/// taken. Without viscosity they vanish with the `slip` [m/s], in proportion to it: those at rest are those at any slip.
+/// Drag coefficients [kg/s] of a sphere of diameter `d` \[m] in clear water, no more than the other, and at void fraction `eps`, of
+/// which only ratios are taken. Without viscosity they vanish with the `slip` [m/s], in proportion to it: those at rest are those at
+/// any slip. Where there is no drag among grains all particles have the same part of none.
 fn in_clear_water_and_among_grains(law: &DragParameters, d: Real, eps: Real, slip: Real) -> [Real; 2] {
     let at = |slip: Real| [1.0, eps].map(|eps| law.coefficient(d, eps, slip));
     let found = at(slip);
-    if found[1] > 0.0 { found } else { at(1.0) }
+    let [clear, dense] = if found[1] > 0.0 { found } else { at(1.0) };
+    if dense > 0.0 { [clear.min(dense), dense] } else { [1.0; 2] }
 }
 
 /// Part of a sphere that lies below the level at which the smoothing function has the `share` of its integral, for a diameter of
@@ -201,7 +204,7 @@ pub(super) fn solid_cubed(inverse_void: Real) -> Real {
 
 #[cfg(test)]
 mod tests {
-    use super::super::DragForm;
+    use super::super::{DragForm, Forchheimer};
     use super::*;
 
     #[test]
@@ -216,6 +219,25 @@ mod tests {
             // Negative control: with viscosity it is another at rest.
             assert!((ratio(1e-3, 0.0) / ratio(1e-3, 0.1) - 1.0).abs() > 0.1, "{form:?}: {}", ratio(1e-3, 0.0));
         }
+    }
+
+    #[test]
+    fn no_part_of_the_drag_is_negative_where_the_law_has_less_among_grains() {
+        let law = DragParameters::recommended(1000.0, 1e-3);
+        let low = DragParameters { forchheimer: Forchheimer::Constant(0.0), ..law };
+        let of = |law: &DragParameters, slip: Real| {
+            let law_itself = [1.0, 0.5].map(|eps| law.coefficient(1e-3, eps, slip));
+            (law_itself, in_clear_water_and_among_grains(law, 1e-3, 0.5, slip))
+        };
+        // At a Reynolds number of 2000, without the inertia of flow through the bed.
+        let ([clear, dense], shared) = of(&low, 2.0);
+        assert!(clear > 2.0 * dense && shared == [dense; 2], "{clear} {dense} {shared:?}");
+        // Nothing resists in a bed: nothing is shared, and it is a number.
+        let none = DragParameters { viscosity: 0.0, ..low };
+        assert_eq!(of(&none, 0.1).1, [1.0; 2]);
+        // Negative control: the law itself elsewhere.
+        let (itself, shared) = of(&law, 2.0);
+        assert!(itself == shared && shared[0] < shared[1], "{shared:?}");
     }
 
     #[test]

@@ -101,9 +101,16 @@ impl Sources {
         (others / (1.0 - share_within(d / self.weight.radius))).min(solid)
     }
 
-    /// Collects all grains near this rank's part and their images in walls; `density` is that of the fluid [kg/m^3], `added`
-    /// the added mass of each grain and ghost, empty without \[kg].
-    pub fn fill(&mut self, domain: &Domain, tank: &Tank, engine: &Engine, density: Real, added: &[Real]) {
+    /// Collects all grains near this rank's part and their images in walls; grains that are `frozen` stand still whatever their
+    /// velocity. `density` is that of the fluid [kg/m^3], `added` the added mass of each grain and ghost, empty without \[kg].
+    pub fn fill(
+        &mut self,
+        domain: &Domain,
+        tank: &Tank,
+        (engine, frozen): (&Engine, bool),
+        density: Real,
+        added: &[Real],
+    ) {
         let radius = self.weight.radius;
         let grains = engine.grains();
         let sources = &mut self.sources;
@@ -112,7 +119,7 @@ impl Sources {
             let added = added.get(g).copied().unwrap_or(0.0);
             let free = grains.motion[g] == Motion::Free;
             let mobility = if free { (density * volume + added) / (grains.mass[g] + added) } else { 0.0 };
-            let (position, velocity) = (grains.position[g], grains.velocity[g]);
+            let (position, velocity) = (grains.position[g], if frozen { Vector::ZERO } else { grains.velocity[g] });
             Source { id: grains.id[g], position, velocity, volume, mobility }
         });
         // Which ghosts are known farther away is arbitrary, and would change the order of the sums.

@@ -194,7 +194,7 @@ impl<'a> ConjugateStep<'a> {
         let before = momentum::momentum(&step, particles, &columns.new.velocity);
         report.set_clipped(motion::finalise(&step, tank, &columns.new, particles)?);
         report.impulses.contact += momentum::momentum(&step, particles, &particles.velocity) - before;
-        report.largest_speed = motion::largest_speed(step.domain, particles, Vector::ZERO, |_| true);
+        report.largest_speed = motion::largest_speed(step.domain, particles, step.forcing.wall_velocity, |_| true);
         report.pairs = columns.pairs.len();
         Ok(report)
     }

@@ -248,7 +248,7 @@ impl<'a> PublishedStep<'a> {
         let Self { context: step, tank, particles, near, columns, mut report, .. } = self;
         report.set_clipped(motion::finalise(&step, tank, &columns.new, particles)?);
         report.impulses.contact += momentum::momentum(&step, particles, &particles.velocity);
-        report.largest_speed = motion::largest_speed(step.domain, particles, Vector::ZERO, |_| true);
+        report.largest_speed = motion::largest_speed(step.domain, particles, step.forcing.wall_velocity, |_| true);
         report.pairs = near.neighbours.pairs;
         Ok(report)
     }

@@ -142,3 +142,46 @@ fn drag_limits_the_first_step() {
     assert!(step.limit == Limit::Drag && (step.dt * rate / 0.5 - 1.0).abs() < 0.1, "{step:?} {rate}");
     assert!(of(DragIntegration::Implicit, 0.0).limit != Limit::Drag);
 }
+
+#[test]
+fn grains_that_are_let_go_do_not_lengthen_the_step() {
+    let mut case = filter(1e-4, 0.5);
+    case.limits.longest = 1e-2;
+    // All are free but a few that are far from the others.
+    case.grains.retain(|grain| grain.id < 300 || grain.id >= 998);
+    case.grains.iter_mut().filter(|grain| grain.id < 300).for_each(|grain| grain.motion = Motion::Free);
+    let steps = |let_go: bool| {
+        let mut solver = case.solo();
+        let first = solver.stable_step(Vector::ZERO);
+        solver.step(1e-6, &under(Vector::ZERO), |_| ()).expect("the step is sound");
+        let count = solver.release(|id| let_go && id >= 998).expect("the grains are sound");
+        assert_eq!(count, if let_go { 2 } else { 0 });
+        [first, solver.stable_step(Vector::ZERO)]
+    };
+    let ([at_rest, kept], [_, after]) = (steps(false), steps(true));
+    // In fluid at rest drag would allow longer steps than in that which flows.
+    assert!(kept.limit == Limit::Drag && kept.dt < 0.9 * at_rest.dt, "{kept:?} {at_rest:?}");
+    assert_eq!(after, kept);
+}
+
+#[test]
+fn grains_that_are_held_stand_still_whatever_their_velocity() {
+    let rest = |velocity: Vector, held: bool| {
+        let mut case = suspension(DragIntegration::Explicit);
+        case.grains.iter_mut().for_each(|grain| grain.velocity = velocity);
+        let mut solver = case.solo();
+        solver.grains_mut().freeze(held);
+        let stable = solver.stable_step(GRAVITY);
+        for _ in 0..3 {
+            solver.step(1e-4, &under(GRAVITY), |_| ()).expect("the step is sound");
+        }
+        let places = (0..solver.particles().owned()).map(|a| solver.particles().position[a]).collect::<Vec<_>>();
+        (stable, places, solver.grains().engine().grains().velocity[0])
+    };
+    let fast = Vector::new(0.3, 0.1, -0.2);
+    let ([still, moving], [free, thrown]) =
+        ([Vector::ZERO, fast].map(|u| rest(u, true)), [Vector::ZERO, fast].map(|u| rest(u, false)));
+    assert!(still.0 == moving.0 && still.1 == moving.1 && moving.2 == fast, "{:?} {:?}", still.0, moving.0);
+    // Negative control: grains that move stir the water.
+    assert!(free.1 != thrown.1 && free.0 != thrown.0);
+}

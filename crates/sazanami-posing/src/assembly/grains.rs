@@ -43,6 +43,12 @@ pub(crate) fn wet_interactions(case: &Case) -> Interactions {
     interactions(case).with_film(film).with_bridge(bridge(case))
 }
 
+/// The same without fluid, in which beds come to rest: with the bridges of damp grains alone.
+fn resting_interactions(case: &Case) -> Interactions {
+    let damp = case.dem.bridges.is_some_and(|bridges| bridges.damp != Some(false));
+    interactions(case).with_bridge(bridge(case).filter(|_| damp))
+}
+
 /// Liquid bridges between the grains, if the case has any; beds are packed without.
 fn bridge(case: &Case) -> Option<Bridge> {
     let bridges = case.dem.bridges?;
@@ -119,14 +125,19 @@ pub fn setup(case: &Case, shapes: &[Shape]) -> Setup {
     Setup { walls: moving(case, at_rest.walls), ..at_rest }
 }
 
-/// The same for a bed of a grid that comes to rest, levelled or from a file, where that differs: between the walls of its packing, open
-/// sides too, all of them at rest.
+/// The setup of a run as it is for a bed that comes to rest before, levelled or from a file: without fluid, and where
+/// [`rests_between_others`] says so between the walls of its packing, open sides too, all of them at rest.
 #[must_use]
-pub fn resting_setup(case: &Case, shapes: &[Shape]) -> Option<Setup> {
-    let sides = vessel(case);
+pub fn resting_setup(case: &Case, shapes: &[Shape], of_run: &Setup) -> Setup {
+    let setup = if rests_between_others(case) { setup_between(case, shapes, vessel(case)) } else { of_run.clone() };
+    Setup { interactions: resting_interactions(case), ..setup }
+}
+
+/// Whether a bed of a grid comes to rest between other walls than those of the run.
+#[must_use]
+pub fn rests_between_others(case: &Case) -> bool {
     let is_prepared = case.solver == Solver::Mics && (case.levels() || case.relaxes());
-    let differs = is_prepared && (sides != case.dem.grain_walls || has_moving_walls(case));
-    differs.then(|| setup_between(case, shapes, sides))
+    is_prepared && (vessel(case) != case.dem.grain_walls || has_moving_walls(case))
 }
 
 fn setup_between(case: &Case, shapes: &[Shape], sides: Sides) -> Setup {

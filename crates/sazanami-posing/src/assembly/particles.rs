@@ -135,10 +135,14 @@ pub fn poured(case: &Case, domain: Domain, engine: Engine, bed_height: Real) -> 
     solver(case, domain, &fluid, grains, bed_height)
 }
 
-/// Gives fluid and free grains the velocity that they have against a tank which begins with a speed.
+/// Gives fluid and free grains the velocity that they have against a tank which begins with a speed; where its walls move, gives them,
+/// and the grains that go with them, that speed.
 pub fn set_off(case: &Case, solver: &mut Solver) {
     let (engine, domain) = solver.engine_mut();
     grains::set_in_motion(case, domain, engine);
+    if case.walls_move() {
+        engine.set_wall_velocities(domain, case.tank_at(0.0)[1]);
+    }
     let Some(velocity) = box_motion::set_off(case) else { return };
     solver.set_velocities(|particles, a| particles.velocity[a] + velocity);
     let (engine, domain) = solver.engine_mut();

@@ -233,6 +233,12 @@ fn given_speeds(case: &Case) -> Vec<(Cause, Vector)> {
     liquids.chain(sides).chain([(Cause::Frame, tank.abs())]).chain(held).chain(together).chain(grains).collect()
 }
 
+/// Largest speed that a case gives at its beginning: to liquid, grains or a flow [m/s].
+#[must_use]
+pub fn given_speed(case: &Case) -> Real {
+    given_speeds(case).iter().map(|(_, speed)| speed.length()).fold(0.0, Real::max)
+}
+
 /// Largest components of an initial velocity, found at the places among which all of them have their extremes.
 fn largest_on(domain: &BoxDomain, velocity: impl Fn(Vector) -> Vector) -> Vector {
     let part = |n: usize, d: usize| (n / 5_usize.pow(d as u32) % 5) as Real / 4.0;

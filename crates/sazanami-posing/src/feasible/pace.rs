@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use sazanami_dem::Damping;
 use sazanami_dem::impact::ImpactErrors;
 use sazanami_dem::stability::USUAL_ERROR;
 use sazanami_mics::stability::Limit;
@@ -9,7 +10,7 @@ use sazanami_numerics::Real;
 
 use super::Search;
 use crate::assembly::grains::{self, smallest_sphere};
-use crate::case::meaning::{GrainPlacement, PairContact, Solver, Substeps};
+use crate::case::meaning::{Case, GrainPlacement, PairContact, Solver, Substeps};
 use crate::case::units::rounded;
 use crate::check::{
     Cause, CostModel, LimitReport, Pace, PopulationReport, ShapeFacts, SubstepCause, TankReport, fall_of,
@@ -33,6 +34,15 @@ const COARSE_IMPACTS: Real = 2.0 * USUAL_ERROR;
 /// Whether a value is larger than allowed, or no number for the size of what it comes from.
 fn exceeds(value: Real, most: Real) -> bool {
     value.is_nan() || value > most
+}
+
+/// The least of some round errors of impacts that the sub-steps of a case can keep.
+fn least_error_kept(case: &Case, populations: &[PopulationReport]) -> Option<Real> {
+    [0.025, 0.03, 0.04, 0.05, 0.075, 0.1, 0.15, 0.2].into_iter().find(|&error| {
+        let mut asked = case.clone();
+        asked.dem.allowed_error = Some(error);
+        longest_substep(&asked, populations, &grains::interactions(&asked)).is_some_and(|longest| longest.accurate)
+    })
 }
 
 impl Search<'_> {
@@ -165,7 +175,11 @@ impl Search<'_> {
         let interactions = grains::interactions(case);
         if let Some(longest) = longest_substep(case, populations, &interactions).filter(|longest| !longest.accurate) {
             let errors = impact_errors(case, populations, &interactions, longest.contact).unwrap_or_default();
-            let help = "allow a larger error; strong damping, `tension = true` and `tangential_force = \"published\"` cost accuracy";
+            let larger = least_error_kept(case, populations);
+            let larger = larger.map_or("a larger error".to_owned(), |error| format!("a larger error, {error} or more"));
+            let help = format!(
+                "allow {larger}; strong damping, `tension = true` and `tangential_force = \"published\"` cost accuracy"
+            );
             self.report
                 .error_at(
                     place,
@@ -214,11 +228,19 @@ impl Search<'_> {
                 if errors.mean() <= COARSE_IMPACTS {
                     return;
                 }
-                let span = stiffest_contact(case).and_then(|pair| self.span_of_contact(pair));
+                let stiffest = stiffest_contact(case);
+                let span = stiffest.and_then(|pair| self.span_of_contact(pair));
+                // A coefficient of restitution is what the case wants; a dashpot may not be.
+                let by_mass = stiffest.is_some_and(|pair| matches!(pair.law.damping, Damping::Literal { .. }));
+                let write = if by_mass { "write `restitution = 0.5`, which suits grains of any mass, or " } else { "" };
+                let help = match least_error_kept(case, populations) {
+                    Some(error) => format!("{write}ask for an error: `dem.allowed_error = {error}`"),
+                    None => format!("{write}take a weaker dashpot: no sub-step makes such impacts exact"),
+                };
                 self.report
                     .warning(span, "a dashpot damps the lightest grains too much for sub-steps of the usual length")
                     .label(format!("with {} s impacts are {}", rounded(longest.contact), of(errors)))
-                    .help("write `restitution = 0.5`, which suits grains of any mass, or ask for an error: `dem.allowed_error = 0.025`");
+                    .help(help);
             }
             Substeps::Auto => {}
         }

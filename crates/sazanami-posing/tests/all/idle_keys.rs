@@ -124,3 +124,25 @@ fn a_gradient_of_the_pressure_that_drives_gas_is_told() {
     assert!(says(CHANNEL, &[held, half], GAS) && !says(CHANNEL, &[held], GAS) && !says(CHANNEL, &[drive, two], GAS));
     assert!(!says(CHANNEL, &[drive], GAS) && !says(CHANNEL, &[&drive.replace("volume", "mass"), half], GAS));
 }
+
+#[test]
+fn the_mixing_length_grows_from_a_floor_or_a_bed() {
+    const NOTHING: &str = "the mixing length has nothing to work with";
+    let (channel, slip) = ("ripples/channel.toml", "boundary.x3_lower=slip");
+    let placed = |more: &str| {
+        format!("grains.0.placement={{ list = [{{ position = [\"12 mm\", \"4 mm\", \"12 mm\"]{more} }}] }}")
+    };
+    let (alone, held) = (placed(""), placed(", motion = \"fixed\""));
+    assert!(says(channel, &["boundary={ all = \"periodic\" }"], "no floor from which the length grows"));
+    assert!(says(channel, &[slip, &alone], NOTHING));
+    // Negative controls: a bed over a floor that slips, held grains, a floor that holds the water, no mixing length.
+    for fine in [&[slip][..], &[slip, &held], &[&alone], &[slip, &alone, "particles.turbulence=none"]] {
+        assert!(!says(channel, fine, NOTHING), "{fine:?}");
+    }
+}
+
+#[test]
+fn a_bed_without_resistance_is_refused() {
+    all_reported(false, &[(RIPPLES, "overlap.kozeny=0", "above zero")]);
+    assert!(!says(RIPPLES, &["overlap.kozeny=1e-3"], "above zero"));
+}

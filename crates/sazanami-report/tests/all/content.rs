@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::support::{BAD, results};
+use crate::support::{BAD, results, shaken_results};
 
 #[test]
 fn a_report_holds_all_it_shows_and_takes_no_text_for_markup() {
@@ -148,4 +148,16 @@ fn what_does_not_fit_is_left_out_and_said() {
     results(folder.path(), 2, 103, [2, 2, 2]);
     let page = fs::read_to_string(sazanami_report::of_run(folder.path()).unwrap()).unwrap();
     assert!(page.contains("52 of 103 times are shown."));
+}
+
+#[test]
+fn the_view_shows_grains_in_their_tank_wherever_it_is() {
+    let view = |seen: bool| {
+        let folder = tempfile::tempdir().unwrap();
+        shaken_results(folder.path(), seen);
+        let page = fs::read_to_string(sazanami_report::of_run(folder.path()).unwrap()).unwrap();
+        let (_, rest) = page.split_once("type=\"application/octet-stream\"").expect("the view has its data");
+        rest.split_once("</script>").expect("the data end").0.to_owned()
+    };
+    assert_eq!(view(true), view(false));
 }

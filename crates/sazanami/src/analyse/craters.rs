@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use sazanami_io::table::write_csv;
-use sazanami_numerics::Real;
+use sazanami_numerics::{Real, Vector};
 use sazanami_observe::comparison::{Comparison, PowerLaw, Repeated, RunResult, Series, Volume};
 use sazanami_observe::erosion::{NOT_AT_REST, RIM_AT_EDGE};
 
@@ -16,10 +16,11 @@ use crate::case::meaning::{FluidName, Region};
 use crate::error::CommandError;
 use crate::results::CASE;
 
-/// Axis ratio of the first liquid of a case, horizontal over vertical.
+/// Axis ratio of the first liquid of a case that falls, horizontal over vertical; of the first one where none does.
 fn axis_ratio(folder: &Path) -> Real {
     let Ok(loaded) = case::load(&folder.join(CASE), &[]) else { return 1.0 };
-    let drop = loaded.case.liquids.iter().find(|liquid| liquid.fluid == FluidName::Liquid);
+    let mut drops = loaded.case.liquids.iter().filter(|liquid| liquid.fluid == FluidName::Liquid);
+    let drop = drops.clone().find(|drop| drop.velocity != Vector::ZERO).or_else(|| drops.next());
     match drop.map(|liquid| &liquid.region) {
         Some(Region::Spheroid { horizontal_diameter, vertical_diameter, .. }) => {
             horizontal_diameter / vertical_diameter
@@ -111,12 +112,16 @@ pub(super) fn comparable(folders: &[PathBuf]) -> Result<(Vec<RunResult>, Vec<Str
 /// Compares runs: a table for the terminal, and as a file in the folder `out`.
 pub(super) fn several(folders: &[PathBuf], out: &Path, output: &mut Output) -> Result<Vec<String>, CommandError> {
     let (runs, mut lines) = comparable(folders)?;
+    if runs.is_empty() {
+        return Err(CommandError::input(
+            format!("none of these runs has a crater that can be compared: {}", lines.join("; ")),
+            "a sweep has the findings of all runs in its sweep.csv; `sazanami analyse DIR` evaluates a single run",
+        ));
+    }
     let comparison = Comparison::of(runs);
     let header = Comparison::COLUMNS.map(|(name, _)| name.to_owned());
     let rows = comparison.rows();
-    if !rows.is_empty() {
-        write(&free_path(out, "crater-comparison"), &header, &rows, output)?;
-    }
+    write(&free_path(out, "crater-comparison"), &header, &rows, output)?;
     lines.extend(aligned(&header, &rows));
     lines.extend(comparison.series.iter().flat_map(conclusions));
     Ok(lines)

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use sazanami_dem::Motion;
 use sazanami_numerics::geometry::Shape;
+use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Quaternion, Real, Vector};
 use sazanami_observe::erosion::{CraterCourse, Erosion, InitialBed, Known};
 use sazanami_observe::{BedColumns, Body};
@@ -50,14 +51,14 @@ fn is_held(population: &Population, number: Option<u64>, time: Real) -> bool {
 
 /// The grains of a state of a case in the frame of the tank; `None` if an array was not written, but for the identifiers.
 fn grains_of(case: &Case, state: &State) -> Option<BedColumns> {
-    let tank = case.to_written_frame(state.time)[0];
+    let [tank, drift] = case.to_written_frame(state.time);
     let array = |name: &str| state.grains.iter().find(|array| array.name == name);
     let reals = |name: &str| array(name).map(reals);
-    let vectors = |name: &str| reals(name).map(|values| values.chunks_exact(3).map(Vector::from_slice).collect());
+    let vectors = |name: &str| Some(reals(name)?.chunks_exact(3).map(Vector::from_slice).collect::<Vec<Vector>>());
     let last_contact = |since: Real| if since < NEVER { state.time - since } else { Real::NEG_INFINITY };
     let orientation = reals("orientation")?;
     let orientation = orientation.chunks_exact(4).map(|q| Quaternion::from_xyzw(q[1], q[2], q[3], q[0]).normalize());
-    let position: Vec<Vector> = vectors("position")?;
+    let position = vectors("position")?;
     let body: Vec<u32> = reals("population")?.into_iter().map(|number| number as u32).collect();
     let id: Option<Vec<u64>> = reals("id").map(|ids| ids.into_iter().map(|id| id as u64).collect());
     let held = |(n, &body): (usize, &u32)| {
@@ -72,7 +73,7 @@ fn grains_of(case: &Case, state: &State) -> Option<BedColumns> {
         mass: reals("mass")?,
         position: position.into_iter().map(|place| place - tank).collect(),
         orientation: orientation.collect(),
-        velocity: vectors("velocity")?,
+        velocity: vectors("velocity")?.into_iter().map(|velocity| velocity - drift).collect(),
         last_contact: reals("time_since_contact")?.into_iter().map(last_contact).collect(),
         time: state.time,
     })
@@ -155,7 +156,9 @@ fn scene_of(run: &Run, saved: &SavedTime, initial: &mut Option<InitialBed>) -> R
         let known = Known { at_rest: rest.map(|rest| rest.at_rest), drops: drops(case) };
         bed_surface(&settings, initial.as_ref(), now.as_ref(), known)
     });
-    let drawn = Drawn { shapes: Arc::clone(shapes), grid: *grid, liquid: reals(liquid), surface };
+    let [tank, _] = case.to_written_frame(state.time);
+    let grid = Grid { lower: grid.lower - tank, ..*grid };
+    let drawn = Drawn { shapes: Arc::clone(shapes), grid, liquid: reals(liquid), surface };
     Ok(Some(scene(case, state.time, &bed, *height, drawn)))
 }
 

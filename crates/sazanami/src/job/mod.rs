@@ -153,6 +153,9 @@ pub(crate) struct RunState {
     /// Hash of the case whatever its end; absent in checkpoints of earlier versions.
     #[serde(default)]
     pub endless_hash: Option<String>,
+    /// The same whatever the end of feeds that end with the run; earlier versions do not have it.
+    #[serde(default)]
+    pub endless_feed_hash: Option<String>,
     /// That program; absent in checkpoints of earlier ones.
     #[serde(default)]
     pub program: Option<Program>,
@@ -226,18 +229,21 @@ impl RunState {
             None => (resolved::hash_text(job.case), Some(this.clone()), Some(History::default())),
         };
         let endless_hash = Some(resolved::hash_of_any_length(job.case));
+        let endless_feed_hash = Some(resolved::hash_of_any_feed(job.case));
         // A run at its end is shown again, and makes no step.
         let stands =
             job.resumed.as_ref().is_some_and(|state| state.run.flows() && state.run.time >= job.case.run.until);
         let history = if stands { before } else { before.map(|history| history.on(&job.workers, &this)) };
-        Self { case_hash, endless_hash, program, sums: Some(job.workers.sums.clone()), history, ..Self::default() }
+        let sums = Some(job.workers.sums.clone());
+        Self { case_hash, endless_hash, endless_feed_hash, program, sums, history, ..Self::default() }
     }
 
-    /// Whether `loaded` is the case of this run, or that case with another end.
+    /// Whether `loaded` is the case of this run, or that case with another end, of feeds that end with it too.
     pub fn is_of(&self, loaded: &LoadedCase) -> bool {
         let endless = self.endless_hash.as_ref();
         resolved::has_hash(loaded, &self.case_hash)
             || endless.is_some_and(|hash| resolved::has_hash_of_any_length(loaded, hash))
+            || self.endless_feed_hash.as_ref().is_some_and(|hash| resolved::hash_of_any_feed(&loaded.case) == *hash)
     }
 
     /// Number of ranks that worked on it last, if the checkpoint knows it.

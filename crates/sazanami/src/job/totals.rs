@@ -28,7 +28,7 @@ macro_rules! summed {
 summed! {
     /// Largest values met since the start of a run.
     Worst, WORST {
-        cfl: Real, "", "advective Courant number of a pass; of moving particles largest speed times step over spacing";
+        cfl: Real, "", "advective Courant number of a pass; of moving particles largest speed against the tank times step over spacing";
         divergence: Real, "", "`abs(div u) dt` that a projection left; of moving particles the relative residual of the pressure";
         overlap_relative: Real, "", "overlap over the smaller contact sphere's radius, once the bed is packed";
         #[serde(default)]
@@ -87,7 +87,7 @@ summed! {
         grains_without_vorticity: u64, "", "wet grains without lift: too few particles around them for a velocity gradient";
         worst_strain_rms: Real, "", "largest root mean square of the volume strain";
         least_void: Real, "", "smallest void fraction before it was raised";
-        fluid_speed: Real, "m/s", "largest speed of the fluid";
+        fluid_speed: Real, "m/s", "largest speed of the fluid, against the tank";
     }
 }
 

@@ -11,7 +11,7 @@ use sazanami_observe::heap::{Heap, HeapError, HeapSettings};
 use sazanami_observe::{BedView, Body, GatheredBed, Ground, bed_profile};
 use serde_json::{Value, json};
 
-use crate::case::meaning::Case;
+use crate::case::meaning::{Bed, Case};
 use crate::columns::{Field, object, quantities};
 use crate::job::Job;
 
@@ -45,7 +45,7 @@ impl BedFindings {
 pub(crate) const BED: &[Field<BedFindings>] = quantities! {
     "porosity", "", "porosity of the slab of `[bed]`, as far as it lies within the bed" => |bed| json!(bed.porosity);
     "height_mm", "mm", "height of the highest node near the axis, or of the surface on it where that is higher, H_s, above the floor" => |bed| json!(bed.height_mm);
-    "slab_top_mm", "mm", "upper side of that slab: `porosity_upper`, or H_s if it lies lower"
+    "slab_top_mm", "mm", "upper side of that slab: `porosity_upper`, or H_s if it lies lower; by default a grain below H_s at most, of beds of more than two layers"
         => |bed| json!(bed.slab_top_mm);
     "mean_speed", "m/s", "mean speed of the grains" => |bed| json!(bed.mean_speed);
     "lying_order", "", "order of the long axes: above 0 if they lie, 0 at random" => |bed| json!(bed.lying_order);
@@ -195,28 +195,19 @@ impl GatheredGrains {
 pub(super) struct BedSettings {
     floor: Real,
     ground: Ground,
-    slab: [Real; 2],
-    height_radius: Real,
-    axis: [Real; 2],
+    bed: Bed,
     area: Real,
 }
 
 impl BedSettings {
     pub fn of(case: &Case) -> Self {
         let extent = case.domain.extent();
-        Self {
-            floor: case.domain.lower.z,
-            ground: case.ground(),
-            slab: case.bed.porosity_slab(),
-            height_radius: case.bed.height_radius,
-            axis: case.bed.axis,
-            area: extent.x * extent.y,
-        }
+        Self { floor: case.domain.lower.z, ground: case.ground(), bed: case.bed, area: extent.x * extent.y }
     }
 
     /// Highest node near the axis \[m]; the floor without grains there.
     fn height(&self, bed: &BedView) -> Real {
-        bed_profile::height_near(bed, &self.ground, self.axis, self.height_radius).unwrap_or(self.floor)
+        bed_profile::height_near(bed, &self.ground, self.bed.axis, self.bed.height_radius).unwrap_or(self.floor)
     }
 
     /// Measures of a bed as it lies.
@@ -224,9 +215,9 @@ impl BedSettings {
         self.findings(bed, self.height(bed))
     }
 
-    /// The same for a bed of a `height` that is known \[m]. A slab that reaches above the bed ends at its height.
+    /// The same for a bed of a `height` that is known \[m].
     fn findings(&self, bed: &BedView, height: Real) -> BedFindings {
-        let [lower, upper] = [self.slab[0], self.slab[1].min(height)];
+        let [lower, upper] = self.bed.porosity_slab(height);
         let porosity = (lower < upper).then(|| bed_profile::porosity_of_grains(bed, lower..upper, self.area));
         BedFindings {
             porosity,

@@ -119,8 +119,12 @@ pub(crate) struct ProbeColumns<P: 'static, T: 'static, B: 'static> {
 }
 
 /// The level of the water at a gauge.
-pub(crate) const GAUGE: [Cell<Option<f64>>; 1] =
-    [quantity("water_level", "m", "height of the water's surface", |level| (*level).into())];
+pub(crate) const GAUGE: [Cell<Option<f64>>; 1] = [quantity(
+    "water_level",
+    "m",
+    "height of the water's surface; on the grid where it is dry that of the floor, or of the cells without room that stand on it",
+    |level| (*level).into(),
+)];
 
 impl<P, T, B> ProbeColumns<P, T, B> {
     /// Headings of the table of a probe at `place`, after the time.

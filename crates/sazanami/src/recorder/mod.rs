@@ -18,7 +18,7 @@ mod timetable;
 mod watch;
 
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use sazanami_dem::{ContactReport, Engine, Packing, PackingReport};
 use sazanami_io::checkpoint::CheckpointWriter;
@@ -123,8 +123,8 @@ impl<'a, B: Observer> Recorder<'a, B> {
 
     /// Whether a checkpoint is due by the wall clock.
     pub fn wants_checkpoint(&self) -> bool {
-        let every = self.job.case.checkpoint.every_wall.map(Duration::from_secs_f64);
-        self.files.is_some() && every.is_some_and(|every| self.last_checkpoint.elapsed() >= every)
+        let every = self.job.case.checkpoint.every_wall;
+        self.files.is_some() && every.is_some_and(|every| self.last_checkpoint.elapsed().as_secs_f64() >= every)
     }
 
     /// Whether what the case waits for has come to rest, on rank 0.
@@ -469,14 +469,17 @@ impl<'a, B: Observer> Recorder<'a, B> {
     /// Writes a checkpoint and the summary, on rank 0.
     fn write_checkpoint(&mut self, snapshot: &Snapshot, state: RunState) -> Result<(), RecordError> {
         let Some(files) = &self.files else { return Ok(()) };
-        let RunState { case_hash, endless_hash, program, sums, history, .. } = RunState::of(self.job);
-        let known = RunState { case_hash, endless_hash, program, sums, history, ..state };
+        let RunState { case_hash, endless_hash, endless_feed_hash, program, sums, history, .. } =
+            RunState::of(self.job);
+        let known = RunState { case_hash, endless_hash, endless_feed_hash, program, sums, history, ..state };
         let state = RunState { time: self.reached.0, totals: self.totals.clone(), last_row: files.last_row(), ..known };
         let mut writer = CheckpointWriter::new();
         writer.add_snapshot(snapshot)?;
-        self.state_hash = Some(writer.content_hash(is_physical));
+        let hash = writer.content_hash(is_physical);
         writer.add_json(RUN_STATE, &state)?;
         files.checkpoints.write(state.step, &writer)?;
+        // Whoever finds it in the summary knows that a checkpoint was written.
+        self.state_hash = Some(hash);
         self.write_summary(Status::Running, None)
     }
 

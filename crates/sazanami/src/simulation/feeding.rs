@@ -1,6 +1,7 @@
 //! Grains that are fed in through sides of the box.
 
 use sazanami_dem::{DemError, Engine, Grain, Motion, Random};
+use sazanami_mps::gates;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Quaternion, Real, Vector};
 use sazanami_posing::assembly::grains::{factors, member};
@@ -56,7 +57,7 @@ impl Feeding {
         for stream in &mut self.streams {
             stream.look(water.engine(), water.domain(), &mut inside);
             while stream.due().is_some_and(|due| due <= time * (1.0 + END)) {
-                let placed = stream.place(case, water.engine(), water.domain(), step, &mut ways);
+                let placed = stream.place(case, water.engine(), water.domain(), (time, step), &mut ways);
                 stream.waits = placed.is_none();
                 let Some(grain) = placed else { break };
                 fed.push(grain);
@@ -79,8 +80,8 @@ impl Feeding {
         };
         let late: usize = self.streams.iter().filter(|stream| stream.waits).map(due).sum();
         let said = format!(
-            "warning: grains that were due and are not fed in, as there is no room at their side: {late}; feed fewer, faster, or through a \
-             larger part of it"
+            "warning: grains that were due and are not fed in, as there is no room at their side: {late}; feed fewer, faster, through a \
+             larger part of it, or past gates that stand in their way"
         );
         (late > 0).then_some(said)
     }
@@ -130,7 +131,14 @@ impl Stream {
     }
 
     /// The next grain outside its side, if there is a place with a free way in; its way joins the others.
-    fn place(&self, case: &Case, engine: &Engine, domain: &Domain, step: u64, ways: &mut Vec<Way>) -> Option<Grain> {
+    fn place(
+        &self,
+        case: &Case,
+        engine: &Engine,
+        domain: &Domain,
+        (time, step): (Real, u64),
+        ways: &mut Vec<Way>,
+    ) -> Option<Grain> {
         let [direction, upper] = self.feed.side.place();
         let scale = self.scales[self.next];
         let reach = scale * engine.bodies()[self.population].bounding_radius;
@@ -148,8 +156,10 @@ impl Stream {
             start[direction] = side;
             start -= (1.0 - WITHIN) * reach * self.inward();
             let end = start + 2.0 * reach * way;
-            if self.is_free(engine, domain, ([start, end], reach), ways) {
-                ways.push(([start, end], reach));
+            let taken = ([start, end], reach);
+            let during = [time, time + 2.0 * reach / self.feed.inward()];
+            if !meets_gate(case, during, taken) && self.is_free(engine, domain, taken, ways) {
+                ways.push(taken);
                 return Some(Grain {
                     position: start,
                     orientation: turn,
@@ -162,7 +172,7 @@ impl Stream {
         None
     }
 
-    /// Whether no grain on any rank is near a way in, and no other way. Collective.
+    /// Whether no grain on any rank is near a way in, and no other way. Collective: all ranks ask for the same ways.
     fn is_free(&self, engine: &Engine, domain: &Domain, ([start, end], reach): Way, ways: &[Way]) -> bool {
         let (grains, extent, periodic) = (engine.grains(), domain.grid().extent(), domain.periodic());
         let distance = |place: Vector| {
@@ -182,4 +192,28 @@ impl Stream {
         let met = (0..grains.owned()).any(meets) || ways.iter().any(crosses);
         domain.max(if met { 1.0 } else { 0.0 }) == 0.0
     }
+}
+
+/// Whether a gate is in the way of a grain on its way in, which it takes from one time to another \[s]; one that rises counts as far as it
+/// reaches meanwhile.
+fn meets_gate(case: &Case, [from, until]: [Real; 2], ([start, end], reach): Way) -> bool {
+    let along = end - start;
+    case.gates.iter().any(|gate| {
+        let rise = |time: Real| gate.speed.map_or(0.0, |speed| speed * (time - gate.opens).max(0.0));
+        let edges = [gate.bottom + rise(from), gate.top + rise(until)];
+        let vanished = gate.speed.is_none() && from >= gate.opens * (1.0 - END);
+        if vanished || edges[0] >= case.domain.upper.z {
+            return false;
+        }
+        let plate = gates::Gate { edges, ..gate.plate() };
+        let d = plate.direction;
+        // Beside the ends of the way, the places at which it is nearest to an edge, or goes through the plate.
+        let nearest = |z: Real| {
+            let (across, upwards) = (plate.place - start[d], z - start.z);
+            (across * along[d] + upwards * along.z) / (along[d] * along[d] + along.z * along.z)
+        };
+        let parts = [0.0, 1.0, nearest(edges[0]), nearest(edges[1]), (plate.place - start[d]) / along[d]];
+        let ways = parts.into_iter().filter(|part| (0.0..=1.0).contains(part));
+        ways.map(|part| plate.clearance(start + part * along)).any(|clearance| clearance < reach)
+    })
 }

@@ -196,6 +196,7 @@ fn make_ready(
         if stop {
             return Ok(false);
         }
+        solver.grains_mut().freeze(matches!(stage, Stage::Relaxing(_)));
         let stable = Solver::stable_step(solver, gravity);
         let (name, dt, done, until) = match stage {
             // In steps as long as this one.
@@ -205,7 +206,6 @@ fn make_ready(
             Stage::Settling(done) => ("settle", stable.dt.min(how.settle - done), done, how.settle),
             Stage::Ready => return Ok(true),
         };
-        solver.grains_mut().freeze(matches!(stage, Stage::Relaxing(_)));
         steps += 1;
         let report = solver
             .step(dt, &forcing, |_| ())

@@ -7,6 +7,7 @@ use sazanami_mics::snapshot::GRAINS;
 use sazanami_mics::solver::Solver;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::Region;
+use sazanami_numerics::snapshot::Snapshot;
 use sazanami_numerics::{Real, Vector};
 use sazanami_posing::assembly::{fluid, grains, particles};
 use sazanami_posing::steps::fixed_step;
@@ -76,7 +77,7 @@ pub(super) fn solver(
             None => return Ok(None),
         },
         Some(packing) if case.levels() => {
-            let vessel = grains::resting_setup(case, &job.shapes).unwrap_or_else(|| setup.clone());
+            let vessel = grains::resting_setup(case, &job.shapes, &setup);
             let engine = levelled(case, &domain, vessel, packing)?;
             match relax(job, &domain, Relaxation::new(engine), recorder)? {
                 Some(engine) => unwalled(job, &domain, setup, engine)?,
@@ -113,11 +114,17 @@ pub(super) fn levelled(case: &Case, domain: &Domain, setup: Setup, packing: Pack
     Ok(Engine::new(domain, setup, &left)?)
 }
 
-/// The grains of a bed between the walls of the run, where they came to rest between others: from contacts without memory. Grains beside
-/// the bed keep their velocity.
-fn unwalled(job: &Job, domain: &Domain, setup: Setup, engine: Engine) -> Result<Engine, RankError> {
-    if grains::resting_setup(job.case, &job.shapes).is_none() {
-        return Ok(engine);
+/// The grains of a bed between the walls and with the liquid of the run. Where they came to rest between other walls they begin from
+/// contacts without memory, and grains beside the bed keep their velocity.
+fn unwalled(job: &Job, domain: &Domain, setup: Setup, mut engine: Engine) -> Result<Engine, RankError> {
+    if !grains::rests_between_others(job.case) {
+        if *engine.interactions() == setup.interactions {
+            return Ok(engine);
+        }
+        let mut snapshot = Snapshot::default();
+        engine.snapshot(domain, "", &mut snapshot);
+        drop(engine);
+        return Ok(Engine::restore(domain, setup, "", &snapshot)?);
     }
     let of_bed = |grain: &Grain| {
         let placement = &job.case.grains[grain.shape as usize].placement;
@@ -138,7 +145,7 @@ pub(super) fn laid<B: Observer>(
     setup: Setup,
     recorder: &mut Recorder<B>,
 ) -> Result<Option<Engine>, RankError> {
-    let vessel = || grains::resting_setup(job.case, &job.shapes).unwrap_or_else(|| setup.clone());
+    let vessel = || grains::resting_setup(job.case, &job.shapes, &setup);
     let waits = job.case.relaxes() || job.case.solver == meaning::Solver::Mps;
     let placed = || if waits { grains::waiting(job.case, &job.beds) } else { grains::placed(job.case, &job.beds) };
     let relaxation = match job.resumed.as_ref().filter(|state| state.run.relaxing) {

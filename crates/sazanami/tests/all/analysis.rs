@@ -4,13 +4,15 @@ use std::path::{Path, PathBuf};
 
 use sazanami::analyse::analyse;
 use sazanami::error::{CommandError, exit};
-use sazanami::run::Status;
+use sazanami::run::{RunOptions, Status};
 use sazanami_io::checkpoint::CheckpointWriter;
 use sazanami_numerics::Real;
 use sazanami_numerics::snapshot::Snapshot;
 use serde_json::Value;
 
-use crate::support::{Listener, On, Scratch, Sketcher, Table, checkpoints, go_on, newest, owned, ran, start, summary};
+use crate::support::{
+    Listener, On, Scratch, Sketcher, Table, checkpoints, go_on, go_on_with, newest, owned, ran, start, summary,
+};
 
 /// A shallow bed of beads that a drop falls on; some are thrown up.
 const BEADS: &str = include_str!("../cases/analysis-beads.toml");
@@ -311,8 +313,19 @@ fn a_run_until_rest_ends_when_its_crater_has_kept_for_ten_milliseconds() {
     // Ten milliseconds of rows, a millisecond each, within 3 % of the last.
     let last = *volumes.last().unwrap();
     assert!(volumes.iter().rev().take(11).all(|volume| (volume / last - 1.0).abs() < 0.03), "{volumes:?}");
-    // Negative control: long before its crater rests the run ends by its latest time.
+    // It does not go on by itself, and says how it would.
+    let open = || On::threads(1).options(None);
+    for options in [RunOptions { until: Some(0.2), ..open() }, RunOptions { steps: Some(5), ..open() }] {
+        let error = go_on_with(&scratch.join("rest"), &options).0.unwrap_err();
+        assert_eq!(error.exit_code(), exit::WRONG_INPUT);
+        assert!(error.to_string().contains("this run has come to rest at"), "{error}");
+    }
+    // Negative control: long before its crater rests the run ends by its latest time, and goes on to a later one.
     assert!(end > 0.025, "{end}");
     let (end, _, rests, _) = run("latest", "15 ms");
     assert!(!rests && (end - 15e-3).abs() < 1e-9, "{end}");
+    assert_eq!(
+        go_on_with(&scratch.join("latest"), &RunOptions { until: Some(15.2e-3), ..open() }).0.unwrap().status,
+        Status::Finished
+    );
 }

@@ -105,6 +105,10 @@ fn a_grain_that_passes_through_the_floor() {
     let folder = Scratch::new("softened-control");
     let allowed = ["dem.soften={ from = \"0 s\", stiffness = 0.9, largest_overlap = 0.5 }"];
     ran(THROWN, &allowed, &folder.join("run"), On::ranks(1, 1));
+    // Nor is an overlap before springs are softened due to that.
+    let later = [&soft[..], &["dem.soften={ from = \"1.9 ms\", stiffness = 0.9 }"]].concat();
+    let before = run_in(&folder.join("before"), THROWN, &later, 1).to_string();
+    assert!(before.contains(" overlap by ") && !before.contains("dem.soften"), "{before}");
     fails("floor", THROWN, &soft, "overlap", &["grain 0 of `thrown` and the side x3_lower overlap by "]);
 }
 

@@ -2,7 +2,9 @@
 
 use std::f64::consts::PI;
 
-use crate::support::{Left, On, Scratch, findings, go_on, heard, load, ran};
+use sazanami::run::RunOptions;
+
+use crate::support::{Left, On, Scratch, findings, go_on, go_on_with, heard, load, ran};
 
 /// Beads that a stream carries in and out again.
 const STREAM: &str = include_str!("../cases/feeding-stream.toml");
@@ -171,4 +173,24 @@ fn grains_that_find_no_room_are_told() {
     // Negative controls: without stones they come in, and one that is due at the end has not been tried.
     assert!(said("feeding-end", "").iter().all(|text| !text.contains("not fed in")));
     assert!(!waits(&said("feeding-clear", "")));
+}
+
+#[test]
+fn a_feed_that_was_lengthened_with_its_run_goes_on_from_an_earlier_checkpoint() {
+    let scratch = Scratch::new("feeding-lengthened");
+    let folder = scratch.join("run");
+    let endless = STREAM.replace("until = \"20 ms\"\n", "");
+    ran(&endless, &["run.until=4 ms", "probe=[]"], &folder, On::threads(1));
+    let kept = std::fs::read_dir(folder.join("checkpoints")).unwrap().flatten().map(|entry| entry.path());
+    let kept: Vec<_> = kept.map(|path| (std::fs::read(&path).unwrap(), path)).collect();
+    let longer = RunOptions { until: Some(10e-3), ..On::threads(1).options(None) };
+    let whole = go_on_with(&folder, &longer).0.expect("it goes on");
+    assert_eq!(passed(&Left::in_folder(&folder), "fed")[0], 2.0, "at 0 and 8.3 ms");
+    let hash = Left::in_folder(&folder).hash().to_owned();
+    // Killed before a checkpoint of the longer run: the case in the folder has its end already.
+    std::fs::remove_dir_all(folder.join("checkpoints")).unwrap();
+    std::fs::create_dir(folder.join("checkpoints")).unwrap();
+    kept.iter().for_each(|(bytes, path)| std::fs::write(path, bytes).unwrap());
+    assert_eq!(go_on(&folder, On::threads(1)).0.expect("it goes on").status, whole.status);
+    assert_eq!(Left::in_folder(&folder).hash(), hash);
 }

@@ -140,7 +140,7 @@ fn too_few_sub_steps_for_a_face_end_the_run() {
         let error = start(&load(BRICK, &overrides), &folder, On::threads(1)).expect_err("contacts drive the box");
         assert_eq!(error.exit_code(), exit::FAILED);
         let text = error.to_string();
-        assert!(text.contains("contacts gave") && text.contains("grain 0 of `block`"), "{text}");
+        assert!(text.contains("contacts gave") && text.contains("grain 0 of `block`: their sub-steps"), "{text}");
         let summary = crate::support::summary(&folder);
         assert_eq!(summary["failure"]["kind"], "energy_gained");
         assert!(summary["failure"]["time"].as_f64().is_some_and(|time| time > 0.0 && time < 0.15), "{summary}");

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::support::{Left, On, Scratch, before_run, go_on, load, ran, start};
+use crate::support::{Left, On, Scratch, Table, before_run, go_on, load, ran, start};
 use sazanami::bed_file::Bed;
 use sazanami::machine::Machine;
 use sazanami_numerics::Real;
@@ -217,4 +217,39 @@ fn water_that_does_not_come_to_rest_names_the_key_whatever_the_grains_lie_on() {
         // Negative control: enough steps.
         prepared("1000", "1 mm/s", "long").unwrap_or_else(|error| panic!("{name}: {error}"));
     }
+}
+
+#[test]
+fn the_force_on_a_held_body_does_not_follow_its_density() {
+    // A sphere of eight cells in a full box of water that is shaken, whatever it is made of.
+    let force = |density: &str, shaken: f64| {
+        let scratch = Scratch::new(&format!("held-{density}"));
+        let overrides = [
+            format!("material.glass.density={density} kg/m^3"),
+            "grains=[{ name = \"ball\", shape = { sphere = { diameter = \"4 mm\" } }, motion = \"fixed\", \
+             placement = { list = [{ position = [\"4 mm\", \"4 mm\", \"4 mm\"] }] } }]"
+                .to_owned(),
+            "liquid=[{ region = { box = { lower = [\"0 mm\", \"0 mm\", \"0 mm\"], upper = [\"8 mm\", \"8 mm\", \"8 mm\"] } }, allow_touching_grains = true }]".to_owned(),
+            "boundary.all=slip".to_owned(),
+            format!("frame.oscillation={{ amplitude = [\"{shaken} m/s^2\", \"0 m/s^2\", \"0 m/s^2\"], frequency = \"50 Hz\" }}"),
+            "probe=[{ name = \"ball\", body = { population = \"ball\", index = 0 }, every = \"0.2 ms\" }]".to_owned(),
+        ];
+        let overrides: Vec<&str> = overrides.iter().map(String::as_str).collect();
+        ran(HELD, &overrides, &scratch.join("run"), On::threads(1));
+        let table = Table::read(&scratch.join("run/probes/ball.csv"));
+        let [along, up] = ["fluid_force_1", "fluid_force_3"].map(|name| table.column(name).split_off(3));
+        let mean = |forces: &[f64]| forces.iter().sum::<f64>() / forces.len() as f64;
+        let largest = |forces: &[f64]| forces.iter().fold(0.0_f64, |most, force| most.max(force.abs()));
+        [largest(&along), mean(&up)]
+    };
+    // Still water in the box: its displaced mass times the acceleration of the box, and times gravity.
+    let water = 1e3 * std::f64::consts::PI / 6.0 * 64e-9;
+    for density in ["1", "20", "300", "2500"] {
+        let [along, up] = force(density, 5.0);
+        assert!((along / (5.0 * water) - 1.0).abs() < 0.01, "{density}: {along:e}");
+        assert!((up / (9.81 * water) - 1.0).abs() < 0.01, "{density}: {up:e}");
+    }
+    // Negative control: it is the force of the water, and half of it in a box shaken half as much.
+    let [along, _] = force("1", 2.5);
+    assert!((along / (2.5 * water) - 1.0).abs() < 0.01, "{along:e}");
 }

@@ -27,6 +27,7 @@ mod held;
 mod inviscid;
 mod moving_particles;
 mod moving_walls;
+mod odd_tanks;
 mod open_sides;
 mod packing;
 mod plain_tanks;

@@ -1,6 +1,6 @@
 //! Gravity along open and periodic sides of the grid: what is at rest stays at rest, what is between falls through the rest.
 
-use crate::support::{Left, On, Scratch, findings, go_on, ran};
+use crate::support::{Left, On, Scratch, findings, go_on, ran, refusal};
 use sazanami_numerics::Real;
 
 const BOX: &str = include_str!("../cases/open-sides-box.toml");
@@ -292,6 +292,38 @@ fn boxes_in_which_everything_falls_are_refused() {
     assert!(falls(titles(&[])));
     let borne = "drive={ acceleration = [\"0 m/s^2\", \"0 m/s^2\", \"9.8 m/s^2\"], acts_by = \"volume\" }";
     assert!(titles(&[borne]).is_empty(), "{:?}", titles(&[borne]));
+}
+
+#[test]
+fn mean_gradients_of_the_pressure_beside_open_sides_are_refused() {
+    let open = "boundary={ all = \"periodic\", x3_lower = \"no_slip\", x3_upper = \"outflow\" }";
+    let push = "drive={ acceleration = [\"2 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"], acts_by = \"volume\" }";
+    let swing = "drive={ oscillation = { amplitude = [\"2 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"], frequency = \"1 Hz\" }, acts_by = \"volume\" }";
+    let net = "drive={ mean_velocity = [\"1 cm/s\", \"0 m/s\", \"0 m/s\"], acts_by = \"volume\" }";
+    const ENDS: &str = "a mean gradient of the pressure ends at x3_upper, which is open";
+    for drive in [push, swing, net, NO_FLOW] {
+        let pressed = open.replace("\"outflow\"", "{ fixed_pressure = { fluid = \"gas\" } }");
+        for sides in [open, &pressed] {
+            let text = refusal(SETTLING, &[sides, drive]);
+            assert!(text.contains(ENDS) && text.contains("or close x3_upper"), "{text}");
+            assert_eq!(text.contains("write `acts_by = \"mass\"`"), drive != NO_FLOW, "{text}");
+        }
+        // Negative controls: a force by mass, a lid, and moving particles, on which the force acts as such.
+        let refuses = |more: &[&str]| findings(SETTLING, more).iter().any(|title| title.contains(ENDS));
+        assert!(!refuses(&[&open.replace("outflow", "no_slip"), drive]));
+        assert!(!refuses(&[open, &drive.replace("volume", "mass")]) || drive == NO_FLOW);
+        assert!(!refuses(&[open, drive, "solver=mps"]));
+    }
+    // A net flow is a way out of a fall without end where there is no open side alone.
+    let tilted = ["gravity=[\"1 m/s^2\", \"0 m/s^2\", \"-9 m/s^2\"]"];
+    let fall = |sides: &str| refusal(SETTLING, &[&tilted[..], &[sides]].concat());
+    for (sides, way_out) in
+        [(open.replace("no_slip", "slip"), false), (open.replace("no_slip", "slip").replace("outflow", "slip"), true)]
+    {
+        let text = fall(&sides);
+        assert!(text.contains("everything falls along x1 without end") && text.contains("give x1 walls"), "{text}");
+        assert_eq!(text.contains("drive.mean_velocity"), way_out, "{text}");
+    }
 }
 
 #[test]

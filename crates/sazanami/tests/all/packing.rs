@@ -225,6 +225,36 @@ fn a_levelled_bed_comes_to_rest_behind_an_open_side_and_flows_out_in_the_run() {
     assert_eq!((height(&closed), departed(&closed).last()), (height(&open), Some(&0.0)));
 }
 
+#[test]
+fn a_bed_comes_to_rest_without_the_films_and_bridges_of_the_run() {
+    let scratch = Scratch::new("packing-dry");
+    let liquid = "liquid=[{ region.box = { lower = [\"0 mm\", \"0 mm\", \"18 mm\"], upper = [\"12 mm\", \"12 mm\", \"20 mm\"] } }]";
+    let short = [liquid, "fluid.dt_max=0.1 ms", "run.until=0.1 ms"];
+    let keys = |more: &[&'static str]| [&short[..], more].concat();
+    let bed = |name: &str, more: &[&'static str]| {
+        let left = ran(OPEN, &keys(more), &scratch.join(name), On::threads(1));
+        let bed = &left.summary["observables"]["bed"];
+        (["height_mm", "porosity"].map(|key| bed[key].as_f64().expect("a number")), left.hash().to_owned())
+    };
+    let dry = "dem.bridges={ surface_tension = \"72.8 mN/m\", damp = false }";
+    // Behind an open side, where the run begins from contacts without memory, and in a closed box.
+    for (name, sides) in [("open", "boundary.x1_upper=outflow"), ("closed", "boundary.x1_upper=no_slip")] {
+        let (plain, _) = bed(&format!("{name}-plain"), &[sides, "dem.film_roughness=none"]);
+        let (wet, hash) = bed(&format!("{name}-wet"), &[sides, dry]);
+        assert_eq!(plain, wet, "{name}");
+        // Broken off while it comes to rest, it goes on to the same bits.
+        let parts = scratch.join(&format!("{name}-parts"));
+        let options = On::threads(1).options(Some(&parts));
+        interrupted(&load(OPEN, &keys(&[sides, dry])), &options, |line| line.phase == "relax" && line.step >= 20);
+        go_on(&parts, On::threads(1)).0.expect("the run goes on");
+        assert_eq!(Left::in_folder(&parts).hash(), hash, "{name}");
+        // Negative control: bridges of damp grains hold them apart.
+        let (damp, _) =
+            bed(&format!("{name}-damp"), &[sides, "dem.bridges={ surface_tension = \"72.8 mN/m\", damp = true }"]);
+        assert_ne!(damp, wet, "{name}");
+    }
+}
+
 /// A bed of 1,400 beads in waves, which slide as it comes to rest behind an open side: one crosses the seam of two ranks by less than its skin.
 const RIPPLED: &str = include_str!("../cases/packing-rippled.toml");
 

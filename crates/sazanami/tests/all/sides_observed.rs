@@ -61,6 +61,38 @@ fn gauges_read_the_pool_on_all_sides_and_not_what_falls_on_it() {
 }
 
 #[test]
+fn a_gauge_over_a_block_reads_its_top_until_water_covers_it() {
+    let block = "grains=[{ name = \"block\", motion = \"fixed\", shape = { box = { size = [\"12 mm\", \"8 mm\", \"6 mm\"] } }, \
+                 placement = { list = [{ position = [\"16 mm\", \"8 mm\", \"3 mm\"] }] } }]";
+    let material = "material.stone.density=2500 kg/m^3";
+    let contact = "contact.default.normal_stiffness=1e3 N/m";
+    let gauges = [("on", [16.0, 8.0]), ("beside", [3.0, 3.0])]
+        .map(|(name, [x, y])| (name.to_owned(), format!("gauge = [{}, {}]", mm(x), mm(y))));
+    let levels = |liquid: &str, name: &str| {
+        let brief = ["run.until=0.1 ms", "fluid.dt_max=0.05 ms"];
+        let at = read(BOX, &gauges, &[&[material, contact, block, liquid][..], &brief].concat(), name, On::threads(1));
+        ["on", "beside"].map(|gauge| 1e3 * at(gauge, "water_level"))
+    };
+    let pool = |deep: &str| {
+        format!(
+            "liquid=[{{ region.half_space = {{ point = [\"0 m\", \"0 m\", \"{deep} mm\"] }}, allow_touching_grains = true }}]"
+        )
+    };
+    for (liquid, expected) in [
+        ("liquid=[]".to_owned(), [6.0, 0.0]),
+        (pool("4"), [6.0, 4.0]),
+        (pool("6.3"), [6.3, 6.3]),
+        (pool("9"), [9.0, 9.0]),
+    ] {
+        let found = levels(&liquid, &format!("block-{}", expected[1]));
+        assert!(
+            found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 0.05),
+            "{found:?} for {expected:?}"
+        );
+    }
+}
+
+#[test]
 fn planes_on_upper_sides_have_their_flux_and_pressure() {
     let plug = "liquid=[{ region.half_space = { point = [\"0 m\", \"0 m\", \"1 m\"] }, velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"] }]";
     let sides = "boundary={ all = \"slip\", x1_lower = { inflow = { velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"] } }, x1_upper = { fixed_pressure = { fluid = \"liquid\" } } }";

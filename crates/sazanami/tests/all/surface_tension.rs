@@ -99,6 +99,59 @@ fn a_line_of_contact_that_is_held_is_the_same_on_ranks_and_after_a_restart() {
 }
 
 #[test]
+fn a_line_of_contact_that_is_held_on_a_wall_of_one_rank_is_the_same_on_ranks() {
+    let scratch = Scratch::new("held-line-aside");
+    let drop = [
+        "boundary.x1=no_slip",
+        "boundary.x3=no_slip",
+        "gravity=[\"0 m/s^2\", \"0 m/s^2\", \"-150 m/s^2\"]",
+        "liquid.0.region={ cylinder = { centre = [\"0 mm\", \"0 mm\", \"0.5 mm\"], diameters = [\"0.7 mm\", \"0.7 mm\"] } }",
+        "fluid.contact_angle.x1_lower=110 deg",
+        "run.until=1 ms",
+        "fluid.tol_div=1e-11",
+    ];
+    let two_angles = ["fluid.receding_angle.x1_lower=60 deg"];
+    let energy = |more: &[&str], name: &str, on: On| {
+        ran(SLICE, &[&drop[..], more].concat(), &scratch.join(name), on.steps(16)).last("kinetic_energy_fluid")
+    };
+    let whole = energy(&two_angles, "one", On::threads(1));
+    for ranks in [2, 3] {
+        let shared = energy(&two_angles, &ranks.to_string(), On::ranks(ranks, 1));
+        assert!((whole / shared - 1.0).abs() < 1e-6, "{ranks} ranks: {whole} {shared}");
+    }
+    // Negative control: with one angle the drop moves otherwise.
+    let one = energy(&[], "one-angle", On::threads(1));
+    assert!((whole / one - 1.0).abs() > 1e-3, "{whole} {one}");
+}
+
+#[test]
+fn lines_of_contact_on_both_walls_of_a_gap_of_one_cell_outlive_a_restart() {
+    let scratch = Scratch::new("held-line-gap");
+    let gap = [
+        "boundary.x2=slip",
+        "gravity=[\"600 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"]",
+        "liquid.0.region={ cylinder = { centre = [\"0.5 mm\", \"0 mm\", \"0.5 mm\"], diameters = [\"0.5 mm\", \"0.5 mm\"] } }",
+        "fluid.contact_angle={ x2_lower = \"110 deg\", x2_upper = \"95 deg\" }",
+        "fluid.receding_angle={ x2_lower = \"60 deg\", x2_upper = \"85 deg\" }",
+        "run.until=1 ms",
+    ];
+    let run = |more: &[&str], folder: &Path, steps: u64| {
+        ran(SLICE, &[&gap[..], more].concat(), folder, On::threads(1).steps(steps))
+    };
+    let whole = run(&[], &scratch.join("whole"), 24);
+    let parts = scratch.join("parts");
+    run(&[], &parts, 11);
+    go_on(&parts, On::threads(1).steps(13)).0.expect("the run goes on");
+    assert_eq!(Left::in_folder(&parts).hash(), whole.hash());
+    // Negative control: both walls act, each by its own line.
+    let alike = ["fluid.receding_angle.x2_upper=60 deg", "fluid.contact_angle.x2_upper=110 deg"];
+    let other = run(&alike, &scratch.join("alike"), 24);
+    assert_ne!(other.hash(), whole.hash());
+    let lines = |name: &str| whole.state.reals(name).expect("it is stored");
+    assert_ne!(lines("fluid/line_of_contact_1_2"), lines("fluid/upper_line_of_contact_1_2"));
+}
+
+#[test]
 fn contact_angles_of_grains_that_cannot_be_are_refused_or_told() {
     const BALL: &str = include_str!("../cases/equivalence-wetted.toml");
     let alone = refusal(SLICE, &["fluid.contact_angle.grains=60 deg"]);

@@ -430,9 +430,13 @@ fn the_bed_is_measured_on_the_scale_of_its_grains() {
     // Grains of half a metre: their height about the axis and their porosity, with what the case leaves out.
     let text = "gravity = \"9.8 m/s^2\"\n[domain]\nsize = [\"5 m\", \"5 m\", \"8 m\"]\ncells = [10, 10, 16]\n[material.rock]\ndensity = \"2500 kg/m^3\"\n[contact.default]\nnormal_stiffness = \"1e8 N/m\"\n[[grains]]\nshape.sphere = { diameter = \"0.5 m\" }\nplacement.lattice = { lower = [\"0 m\", \"0 m\", \"0 m\"], upper = [\"5 m\", \"5 m\", \"1 m\"], counts = [9, 9, 2] }\n[run]\nuntil = \"1 s\"\n";
     let bed = read(text, &[]).unwrap().case.bed;
-    assert_eq!([bed.height_radius, bed.porosity_upper], [1.0, 5.0]);
+    // Ten grains of a thick bed, all but the uppermost of one of three, and all of a layer.
+    assert_eq!(bed.height_radius, 1.0);
+    assert_eq!([8.0, 1.5, 0.9, 0.4].map(|surface| bed.porosity_slab(surface)[1]), [5.0, 1.0, 0.9, 0.4]);
     // Negative control: what is given stands.
     assert_eq!(read(text, &["bed.height_radius=1 mm"]).unwrap().case.bed.height_radius, 1e-3);
+    let given = read(text, &["bed.porosity_upper=3 m"]).unwrap().case.bed;
+    assert_eq!([8.0, 1.5].map(|surface| given.porosity_slab(surface)[1]), [3.0, 1.5]);
 }
 
 #[cfg(unix)]

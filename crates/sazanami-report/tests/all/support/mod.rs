@@ -45,6 +45,26 @@ pub fn results(folder: &Path, grains: usize, times: usize, cells: [usize; 3]) {
 
 /// The same with grains that lie so.
 pub fn results_with(folder: &Path, grains: usize, times: usize, cells: [usize; 3], lying: Lying) {
+    write_results(folder, grains, times, cells, lying, ("", &|_| Vector::ZERO));
+}
+
+/// Results of a tank that is shaken, with grains where they lie in it or, `seen` from the laboratory, in that.
+pub fn shaken_results(folder: &Path, seen: bool) {
+    let motion = "[frame.motion]\namplitude = [\"8 mm\", \"0 mm\", \"0 mm\"]\nfrequency = \"10 Hz\"\nramp = \"0 s\"\n";
+    let frame = if seen { "[output]\nframe = \"laboratory\"\n" } else { "" };
+    let place = |time: f64| Vector::X * (8e-3 * (std::f64::consts::TAU * 10.0 * time).sin());
+    let moved = |time: f64| if seen { place(time) } else { Vector::ZERO };
+    write_results(folder, 8, 2, [4, 4, 4], Lying::Anywhere, (&format!("{motion}{frame}"), &moved));
+}
+
+fn write_results(
+    folder: &Path,
+    grains: usize,
+    times: usize,
+    cells: [usize; 3],
+    lying: Lying,
+    (keys, moved): (&str, &dyn Fn(f64) -> Vector),
+) {
     for name in ["grains", "fields"] {
         fs::create_dir_all(folder.join(name)).expect(WRITABLE);
     }
@@ -53,7 +73,7 @@ pub fn results_with(folder: &Path, grains: usize, times: usize, cells: [usize; 3
          [material.sand]\ndensity = \"2650 kg/m^3\"\n[contact.default]\nnormal_stiffness = \"1e3 N/m\"\n\
          tangential_stiffness = \"1e3 N/m\"\nrestitution = 0.5\nfriction = 0.5\n[[grains]]\nname = \"sand\"\ncount = 8\n\
          shape.sphere = {{ diameter = \"1 mm\" }}\nmaterial = \"sand\"\nplacement.packed = {{ lattice = \"low\" }}\n\
-         [run]\nuntil = \"20 ms\"\n",
+         [run]\nuntil = \"20 ms\"\n{keys}",
         BAD
     );
     fs::write(folder.join("case.toml"), case).expect(WRITABLE);
@@ -84,7 +104,7 @@ pub fn results_with(folder: &Path, grains: usize, times: usize, cells: [usize; 3
     for n in 0..times {
         let time = 0.02 * n as f64 / times as f64;
         let name = format!("grains/grains-{n:09}.vtp");
-        write_grains(&folder.join(&name), grains, &mut random, lying);
+        write_grains(&folder.join(&name), grains, &mut random, lying, moved(time));
         points.push(time, &name).expect(WRITABLE);
         let name = format!("fields/fields-{n:09}.vti");
         write_water(&folder.join(&name), cells, n);
@@ -124,7 +144,7 @@ fn write_shape(path: &Path, lying: Lying) {
     write_bodies(path, &BodyFile { bodies, time: None, arrays: &[], scalars: None, frame: None }).expect(WRITABLE);
 }
 
-fn write_grains(path: &Path, count: usize, random: &mut Random, lying: Lying) {
+fn write_grains(path: &Path, count: usize, random: &mut Random, lying: Lying, moved: Vector) {
     let mut vectors = |scale: f64| -> Vec<Vector> {
         (0..count).map(|_| scale * Vector::new(random.next(), random.next(), random.next())).collect()
     };
@@ -138,6 +158,7 @@ fn write_grains(path: &Path, count: usize, random: &mut Random, lying: Lying) {
             *place = Vector::from_array(middle) + (*place / BOX - Vector::splat(0.5)) * (0.5 * cell);
         }
     }
+    places.iter_mut().for_each(|place| *place += moved);
     let flat = |vectors: &[Vector]| vectors.iter().flat_map(|v| v.to_array()).collect::<Vec<f64>>();
     let turn = |v: &Vector| {
         let turned = Quaternion::from_rotation_x(6.0 * v.x) * Quaternion::from_rotation_z(6.0 * v.y);

@@ -52,7 +52,7 @@ pub(super) const COLUMNS: ProbeColumns<AtPoint, ThroughPlane, OfBody> =
 const AT_POINT: &[Cell<AtPoint>] = quantities! {
     "liquid_fraction", "", "volume fraction C of the liquid; beside grains its share of the open part, empty where there is none (with `exchange = \"surface\"`)"
         => |at| at.liquid_fraction.into();
-    "pressure", "Pa", "pressure" => |at| at.pressure.into();
+    "pressure", "Pa", "pressure; in a box without open sides its level has no meaning, differences have" => |at| at.pressure.into();
     "velocity_1", "m/s", "velocity along x1" => |at| at.velocity.x.into();
     "velocity_2", "m/s", "along x2" => |at| at.velocity.y.into();
     "velocity_3", "m/s", "along x3" => |at| at.velocity.z.into();
@@ -260,9 +260,9 @@ fn level(solver: &Solver, [x, y]: [Real; 2]) -> Real {
     if let Some([i, j, _]) = domain.cell_at(Vector::new(x, y, grid.lower.z)) {
         let layout = solver.pressure();
         let share = |k: isize| liquid_share(solver, layout.at(i, j, k));
-        let mut below = range[2].clone().find_map(share).unwrap_or_default();
+        // What stands on the floor is part of the height; another cell without room has the share of the one below it.
+        let mut below = 1.0;
         for k in range[2].clone() {
-            // A cell without room has the share of the one below it.
             let here = share(k).unwrap_or(below);
             if below < LIQUID && here > below {
                 break;

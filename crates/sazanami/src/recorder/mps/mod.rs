@@ -24,7 +24,7 @@ use super::bed::GatheredGrains;
 use super::files::Files;
 use super::observer::{DoneStep, Observer, Output, SeriesCell, SummaryParts, Warning};
 use crate::case::meaning::{self, Case, LayerReference, ProbePlace, TankMotion};
-use crate::check::{BedReport, bed_flow};
+use crate::check::{BedReport, bed_flow, given_speed};
 use crate::clock::Clock;
 use crate::columns::object;
 use crate::job::{Job, RankError, RecordError, Totals};
@@ -189,12 +189,11 @@ fn tank_motion(motion: Option<&TankMotion>, time: Real) -> [Vector; 2] {
     })
 }
 
-/// Speed that gravity in the box does not explain: five times `sqrt(g H)` of its height, twice that of poured water if it
-/// is more [m/s].
+/// Speed that gravity in the box does not explain: five times `sqrt(g H)` of its height, twice the largest that the case gives if it is
+/// more [m/s].
 fn unlikely_speed(case: &Case) -> Real {
     let wave = (case.resting_gravity().length() * case.domain.extent().z).sqrt();
-    let poured = case.liquids.iter().map(|liquid| liquid.velocity.length()).fold(0.0, Real::max);
-    if wave > 0.0 { (5.0 * wave).max(2.0 * poured) } else { Real::INFINITY }
+    if wave > 0.0 { (5.0 * wave).max(2.0 * given_speed(case)) } else { Real::INFINITY }
 }
 
 /// The tank as ripples are measured in it.
@@ -293,9 +292,10 @@ impl Observer for ParticleObserver {
 
     fn warnings(&self) -> Vec<Warning> {
         let change = self.volume_change();
-        // Grains that are fed in raise it, by their volume if all of it is under water.
-        let most = 0.01 + self.arrivals.mass / (self.lightest * self.first_volume);
-        let volume = change.filter(|change| *change > most || *change < -0.01).map(|change| Warning {
+        // Grains that are fed in raise it, and those that leave lower it, by their volume if all of it is under water.
+        let share = |mass: Real| mass / (self.lightest * self.first_volume);
+        let (most, least) = (0.01 + share(self.arrivals.mass), -0.01 - share(self.departures.mass));
+        let volume = change.filter(|change| *change > most || *change < least).map(|change| Warning {
             about: "volume",
             text: format!("the bulk volume of the water has changed by {:+.2} %", 1e2 * change),
         });
@@ -313,7 +313,7 @@ impl Observer for ParticleObserver {
             about: "speed",
             text: format!(
                 "water has reached {fastest:.2} m/s, more than {unlikely:.2} m/s (five times sqrt(g H) of the box, or twice \
-                 the speed of poured water): look at its energy; the run ends at {COMPRESSIBLE} m/s"
+                 the largest speed that the case gives): look at its energy; the run ends at {COMPRESSIBLE} m/s"
             ),
         });
         volume.into_iter().chain(rim).chain(fast).collect()

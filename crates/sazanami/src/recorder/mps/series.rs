@@ -82,8 +82,8 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<ParticleObserver>] = quantiti
         => |row| of_step(row, |step| step.coupling.limited_voids);
     "least_void_fraction", "", "smallest void fraction of a particle, before it was raised"
         => |row| of_step(row, |step| step.coupling.least_void);
-    "largest_fluid_speed", "m/s", "speed of the fastest fluid particle" => |row| of_step(row, |step| step.largest_speed);
-    "largest_grain_speed", "m/s", "speed of the fastest grain" => |row| of_step(row, |step| step.contacts.largest_speed);
+    "largest_fluid_speed", "m/s", "speed of the fastest fluid particle, against the tank" => |row| of_step(row, |step| step.largest_speed);
+    "largest_grain_speed", "m/s", "speed of the fastest grain, against the tank" => |row| of_step(row, |step| step.contacts.largest_speed);
     ..grain_substeps();
     "contacts", "", "touching pairs of grains" => |row| of_step(row, |step| step.contacts.contacts);
     "largest_overlap", "", "largest overlap over the radius; below 5 %"

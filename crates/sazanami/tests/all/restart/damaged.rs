@@ -87,6 +87,10 @@ fn a_run_without_a_checkpoint_begins_again_from_its_case() {
     let scratch = Scratch::new("restart-begin-again");
     let whole = scratch.join("whole");
     let begun_once = ran(SLIDING, &["run.until=0.1 ms"], &whole, On::threads(1));
+    // Checkpoints by the wall clock that never come are no reason to fail.
+    let never =
+        ran(SLIDING, &["run.until=0.1 ms", "checkpoint.every_wall=1e20 s"], &scratch.join("never"), On::threads(1));
+    assert_eq!(never.hash(), begun_once.hash());
     // What a run that was killed before its first checkpoint leaves: its case, a part of its series, a torn file.
     let killed = scratch.join("killed");
     std::fs::create_dir_all(killed.join("checkpoints")).unwrap();
@@ -104,6 +108,13 @@ fn a_run_without_a_checkpoint_begins_again_from_its_case() {
     let log = std::fs::read_to_string(killed.join("log.txt")).unwrap();
     assert!(log.starts_with("2026-11-22T18:30:00Z  sazanami 0.1.0\n"), "{log}");
     assert!(!killed.join("checkpoints/.unfinished-x").exists() && !killed.join(".sazanami-lock").exists());
+    // The end that is asked for is that of the run.
+    let later = scratch.join("later");
+    std::fs::create_dir_all(&later).unwrap();
+    std::fs::copy(whole.join("case.toml"), later.join("case.toml")).unwrap();
+    let longer = RunOptions { until: Some(0.2e-3), ..On::threads(1).options(None) };
+    assert_eq!(go_on_with(&later, &longer).0.unwrap().status, Status::Finished);
+    assert_eq!(Left::in_folder(&later).column("time").last(), Some(&0.2e-3));
 }
 
 #[test]
@@ -117,6 +128,12 @@ fn a_run_that_has_ended_is_not_computed_again_for_want_of_a_checkpoint() {
     assert_eq!(error.exit_code(), exit::WRONG_INPUT);
     assert!(error.to_string().contains("has finished, and no checkpoint of it"), "{error}");
     assert_eq!(std::fs::read(folder.join("summary.json")).unwrap(), before);
+    // Nor is one that was killed after its first checkpoint.
+    let killed = String::from_utf8(before).unwrap().replace("\"finished\"", "\"running\"");
+    std::fs::write(folder.join("summary.json"), &killed).unwrap();
+    let error = go_on(&folder, On::threads(1)).0.unwrap_err();
+    assert!(error.to_string().contains("has broken off, and no checkpoint of it"), "{error}");
+    assert_eq!(std::fs::read_to_string(folder.join("summary.json")).unwrap(), killed);
 }
 
 #[test]
