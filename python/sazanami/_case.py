@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import math
 import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Tuple, Union
@@ -29,8 +31,11 @@ def explain(path: str = "") -> str:
 
 
 def quantity(value: Union[str, float], unit: str) -> float:
-    """The SI value of a text such as ``"20 ms"``; a number is taken as one in ``unit``."""
-    return _engine.quantity(value, unit) if isinstance(value, str) else float(value)
+    """The SI value of a text such as ``"20 ms"``; a number is taken as one in ``unit``: 5 in ``"mm"`` is 0.005."""
+    if isinstance(value, str):
+        return _engine.quantity(value, unit)
+    number = float(value)
+    return _engine.quantity(f"{number!r} {unit}", unit) if math.isfinite(number) else number
 
 
 @dataclass(frozen=True)
@@ -130,15 +135,19 @@ class Case:
         return cls(_engine.CaseCore.template(name))
 
     def get(self, path: Path) -> Any:
-        """The value of a key, in SI units; a table as :class:`Keys`; ``None`` of a key that has none."""
+        """The value of a key, in SI units; a table as :class:`Keys`; ``None`` of a key that has none.
+
+        Lists are copies: they are set whole.
+        """
         names = names_of(path)
         held = self._value(names)
         if isinstance(held, dict) or (isinstance(held, list) and held and all(isinstance(x, dict) for x in held)):
             return self._keys(names)
         if held is not None:
-            return list(held) if isinstance(held, list) else held
-        if names[-1].isdigit():
-            raise IndexError(f"`{'.'.join(names[:-1])}` has no element {names[-1]}")
+            return copy.deepcopy(held)
+        for n, name in enumerate(names):
+            if name.isdigit() and self._value(names[: n + 1]) is None:
+                raise IndexError(f"`{'.'.join(names[:n])}` has no element {name}")
         return None if self._known(names)["holds"] == "value" else self._keys(names)
 
     def set(self, keys: Mapping[Any, Any]) -> None:
@@ -233,7 +242,7 @@ class Case:
 
     @property
     def text(self) -> str:
-        """The case file that says everything: every default, SI units."""
+        """The case file that says everything: every default, SI units, names of files from the root. It may lie anywhere."""
         return self._core.resolved()
 
     @property

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +14,7 @@ import numpy as np
 
 from . import _engine
 from ._keys import as_json, names_of
-from ._errors import InputError
+from ._errors import InputError, RunFailed, RunInterrupted
 from ._results import Results
 
 if TYPE_CHECKING:
@@ -67,15 +68,26 @@ def read_bed(path: PathLike) -> Bed:
 def pack(
     case: "Case", folder: Optional[PathLike] = None, *, threads: Optional[int] = None, progress: Any = False
 ) -> Bed:
-    """Packs the bed of a case and returns it at rest; its files stay in ``folder``, if one is given."""
-    with tempfile.TemporaryDirectory() as scratch:
-        place = Path(scratch) / "bed" if folder is None else Path(folder)
-        only = case.with_keys({"run.packing_only": True})
-        only.run(folder=place, threads=threads, progress=progress, pictures=False, report=False)
-        path = only.output.bed or place / "packed.bed"
+    """Packs the bed of a case and returns it at rest; its files stay in ``folder``, if one is given. Without it they are removed,
+    unless the packing fails or is ended by Ctrl-C: the exception names the place that :func:`resume` goes on with."""
+    only = case.with_keys({"run.packing_only": True})
+    scratch = None
+    if folder is None:
+        scratch = tempfile.mkdtemp(prefix="sazanami-")
+        folder = Path(scratch) / "bed"
+    is_kept = False
+    try:
+        only.run(folder=folder, threads=threads, progress=progress, pictures=False, report=False)
+        path = only.output.bed or Path(folder) / "packed.bed"
         if not Path(path).is_file():
             raise InputError("the case packs no bed", "give a population `placement.packed`")
         return read_bed(path)
+    except (RunFailed, RunInterrupted):
+        is_kept = True
+        raise
+    finally:
+        if scratch is not None and not is_kept:
+            shutil.rmtree(scratch, ignore_errors=True)
 
 
 def analyse(

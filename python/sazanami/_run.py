@@ -8,11 +8,11 @@ import os
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, List, Optional, Union
+from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, List, Optional, Tuple, Union
 
 from . import _engine
 from ._case import quantity
-from ._errors import InputError, RunInterrupted
+from ._errors import InputError, RunInterrupted, SazanamiError
 from ._results import Results, States
 from ._state import State
 from ._tables import Table
@@ -166,6 +166,9 @@ class Run:
                 state = self._next()
                 if state is not None:
                     yield state
+            if self._ended is None:
+                # Another thread heard first that it failed.
+                self._wait()
         finally:
             # The loop was left, or an exception came through it.
             self.stop()
@@ -180,56 +183,60 @@ class Run:
 
     def _next(self) -> Optional[State]:
         """The next state, if there is one soon."""
-        assert self._core is not None
         try:
-            found = self._core.wait(_SLICE)
+            # The end is kept before `progress` hears of it, which may fail or stop the run.
+            found = self._wait()
+            self._tell()
         except KeyboardInterrupt:
             self._interrupt()
             raise
-        except BaseException:
-            # Nobody will look after the run any more.
-            self._core.stop(False)
+        return State(found[1]) if found is not None and found[0] == "state" else None
+
+    def _wait(self) -> Optional[Tuple[str, Dict[str, Any]]]:
+        """A state or the end, if it comes soon. Other threads may wait too: the end is told to all of them."""
+        assert self._core is not None
+        try:
+            found = self._core.wait(_SLICE)
+        except SazanamiError:
+            # The run failed.
             self._over(None)
+            self._heard()
             raise
-        self._tell()
-        if found is None:
-            return None
-        kind, raw = found
-        if kind == "state":
-            return State(raw)
-        self._over(raw)
-        return None
+        if found is not None and found[0] == "ended":
+            self._over(found[1])
+        return found
 
     def _tell(self) -> None:
+        line = self._heard()
+        if line is not None and self._progress is not None:
+            self._progress(StepInfo(**line))
+            if self._shown is not None and self._is_over:
+                self._shown.end()
+
+    def _heard(self) -> Optional[Dict[str, Any]]:
+        """The last step, if nobody has heard of it; keeps what was said."""
         assert self._core is not None
         line, messages = self._core.news()
         self.messages += messages
-        if line is not None and self._progress is not None:
-            self._progress(StepInfo(**line))
+        return line
 
     def _over(self, summary: Optional[Dict[str, Any]]) -> None:
-        assert self._core is not None
+        """Keeps what came of the run; nothing takes that away again."""
+        if summary is not None:
+            self._ended = summary
         self._is_over = True
-        self._ended = summary
-        self.messages += self._core.news()[1]
         if self._shown is not None:
             self._shown.end()
 
     def _to_the_end(self) -> None:
         """Takes what still comes and leaves it."""
-        assert self._core is not None
         while not self._is_over:
             try:
-                found = self._core.wait(_SLICE)
+                self._wait()
             except KeyboardInterrupt:
                 # The checkpoint is being written.
                 continue
-            except BaseException:
-                self._core.stop(False)
-                self._over(None)
-                raise
-            if found is not None and found[0] == "ended":
-                self._over(found[1])
+        self._heard()
 
     def stop(self) -> None:
         """Ends the run after a checkpoint; :func:`resume` goes on with it. Nothing happens if it has ended."""

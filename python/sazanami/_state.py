@@ -116,7 +116,7 @@ class State:
         try:
             import pyvista
         except ImportError:
-            raise ImportError("pyvista is not installed: `pip install pyvista`, or `pip install sazanami[view]`") from None
+            raise ImportError("pyvista is not installed: `pip install pyvista`") from None
         blocks = pyvista.MultiBlock()
         for name, arrays in [("grains", self.grains), ("water", self.particles)]:
             if arrays is not None and "position" in arrays:

@@ -45,9 +45,24 @@ pub fn settings_of(keys: &[(Vec<String>, String)]) -> Result<Vec<String>, Comman
         let value: Value = serde_json::from_str(json).map_err(|error| {
             CommandError::input(format!("`{}`: {error}", names.join(".")), "give a number, a text, a list or a dict")
         })?;
+        if has_null(&value) {
+            return Err(CommandError::input(
+                format!("`{}` cannot be set to what has a None in it", names.join(".")),
+                "leave out the keys that are None",
+            ));
+        }
         Ok(si::setting(&names, &value))
     };
     keys.iter().map(of).collect()
+}
+
+fn has_null(value: &Value) -> bool {
+    match value {
+        Value::Null => true,
+        Value::Array(list) => list.iter().any(has_null),
+        Value::Object(table) => table.values().any(has_null),
+        _ => false,
+    }
 }
 
 #[pymethods]
@@ -87,9 +102,11 @@ impl CaseCore {
     fn with_keys(&self, py: Python<'_>, keys: Vec<(Vec<String>, String)>) -> PyResult<Self> {
         unlocked(py, || {
             let mut settings = self.settings.clone();
-            for setting in settings_of(&keys)? {
-                let path = setting.split_inclusive('=').next().unwrap_or_default().to_owned();
-                settings.retain(|earlier| !earlier.starts_with(&path));
+            for ((names, _), setting) in keys.iter().zip(settings_of(&keys)?) {
+                // What was set below the key goes with its old value.
+                let path = si::path(names);
+                let is_under = |rest: &str| rest.starts_with(['=', '.']);
+                settings.retain(|earlier: &String| !earlier.strip_prefix(&path).is_some_and(is_under));
                 settings.push(setting);
             }
             Self::read(self.path.clone(), self.text.clone(), settings)
@@ -120,9 +137,9 @@ impl CaseCore {
         Ok(found)
     }
 
-    /// The case file that says everything, in SI units.
+    /// The case file that says everything, in SI units; it may lie anywhere.
     fn resolved(&self) -> String {
-        resolved::write(&self.loaded.case, resolved::Paths::AsGiven)
+        resolved::write(&self.loaded.case, resolved::Paths::Absolute)
     }
 
     /// Keys that are required or differ from their defaults: path, value, meaning.

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -71,6 +71,8 @@ pub struct RunCore {
     shared: Arc<Shared>,
     states: Mutex<Option<Receiver<State>>>,
     thread: Mutex<Option<JoinHandle<Outcome>>>,
+    /// What came of it, or what its panic said: told to everyone who waits.
+    ended: OnceLock<Result<Outcome, String>>,
 }
 
 /// What begins or goes on.
@@ -132,7 +134,7 @@ impl RunCore {
             }
         };
         let thread = std::thread::spawn(work);
-        Ok(Self { shared, states: Mutex::new(Some(states)), thread: Mutex::new(Some(thread)) })
+        Ok(Self { shared, states: Mutex::new(Some(states)), thread: Mutex::new(Some(thread)), ended: OnceLock::new() })
     }
 
     /// Waits for a state or for the end, at most so many seconds: `("state", dict)`, `("ended", dict)`, or nothing. Signals are
@@ -167,14 +169,17 @@ impl RunCore {
 }
 
 impl RunCore {
-    /// Waits for the thread and tells what came of the run.
+    /// Waits for the thread and tells what came of the run, as often as it is asked for.
     fn ended<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
-        let Some(thread) = thread else { return Err(broken(py, "the end of a run was asked for twice")) };
-        match py.detach(|| thread.join()) {
-            Ok(Ok(summary)) => told(py, &summary),
-            Ok(Err(error)) => Err(raised(py, &error)),
-            Err(panic) => Err(broken(py, &words(panic.as_ref()))),
+        let joined = || {
+            let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
+            let thread = thread.ok_or_else(|| "a run has no thread".to_owned())?;
+            thread.join().map_err(|panic| words(panic.as_ref()))
+        };
+        match py.detach(|| self.ended.get_or_init(joined)) {
+            Ok(Ok(summary)) => told(py, summary),
+            Ok(Err(error)) => Err(raised(py, error)),
+            Err(panic) => Err(broken(py, panic)),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -65,11 +66,55 @@ def test_names_of_ones_own():
     assert case.contact.default.friction == 0.4
 
 
+def test_names_of_any_letters(case):
+    for name in ["砂", 'a "b"', "a\\b"]:
+        case.material = {name: {"density": 2500}}
+        case.material[name].density = 2600
+        assert case.material[name].density == 2600.0
+
+
+def test_a_list_that_is_set_again_forgets_what_was_set_in_it(case):
+    def drop(height):
+        return {"region": {"sphere": {"diameter": 1e-3}}, "position": [4e-3, 4e-3, height]}
+
+    case.liquid = [drop(2e-3), drop(4e-3)]
+    case.liquid[1].position = [4e-3, 4e-3, 6e-3]
+    assert [one.position[2] for one in case.liquid] == [2e-3, 6e-3]
+    case.liquid = [drop(3e-3)]
+    assert [one.position[2] for one in case.liquid] == [3e-3]
+    # Negative control: what was set elsewhere stays.
+    case.set({"title": "kept", "run.until": "2 ms"})
+    case.liquid = [drop(5e-3), drop(2e-3)]
+    assert case.title == "kept" and case.run.until == 2e-3
+
+
+def test_lists_are_copies(case):
+    case.domain.cells[0] = 40
+    held = case.liquid[0].position
+    held[0] = 1.0
+    assert case.domain.cells == [12, 12, 12] and case.liquid[0].position[0] == 4e-3
+
+
+def test_names_of_files_mean_the_same_in_every_case(tmp_path):
+    text = Case.template("packing").text
+    here = Case.from_text(text, "cases/x/small.toml")
+    here.output.bed = "b.bed"
+    assert Path(here.output.bed) == Path("cases/x/b.bed").absolute()
+    there = Case.from_text(text, tmp_path / "small.toml")
+    there.output.bed = here.output.bed
+    again = Case.from_text(here.text, "cases/x/again.toml")
+    here.output.bed = here.output.bed
+    assert here.output.bed == there.output.bed == again.output.bed
+    # Negative control: a name that is given is relative to the folder of the case.
+    there.output.bed = "b.bed"
+    assert Path(there.output.bed) == tmp_path / "b.bed"
+
+
 def test_cases_are_changed_by_themselves(case):
     other = case.with_keys({"run.until": "5 ms", ("fluid", "cfl"): 0.2})
     assert (other.run.until, case.run.until) == (5e-3, 1e-3)
     assert case.copy().hash == case.hash
-    assert Case.from_text(case.text).hash == Case.from_text(case.text).hash
+    assert Case.from_text(case.text).hash == case.hash != Case.from_text(other.text).hash
 
 
 def test_unknown_keys_are_refused_with_the_nearest(case):
@@ -82,8 +127,10 @@ def test_unknown_keys_are_refused_with_the_nearest(case):
         case.fluid.clf
     assert caught.value.meant == "fluid.cfl"
     assert not hasattr(case, "flud") and case.run.until == 1e-3
-    with pytest.raises(IndexError):
-        case.liquid[3]
+    for absent in ["liquid.3", "liquid.7.fall.speed"]:
+        with pytest.raises(IndexError):
+            case[absent]
+    assert case["liquid.0.fall.speed"] is None
 
 
 def test_wrong_values_change_nothing(case):
@@ -94,6 +141,8 @@ def test_wrong_values_change_nothing(case):
         ("run.until", float("nan")),
         ("run.until", None),
         ("run.until", object()),
+        ("material.sand", {"density": None}),
+        ("domain.cells", [12, 12, None]),
         ("domain.cells", [1, 2]),
         ("liquid.7.position", [0.0, 0.0, 0.0]),
     ]:
@@ -143,6 +192,11 @@ def test_check_returns_data(case):
 def test_quantities_and_explanations():
     assert sazanami.quantity("20 ms", "s") == 0.02
     assert sazanami.quantity(0.02, "s") == 0.02
+    # A number is taken as one in the unit, to the bits of the text.
+    assert sazanami.quantity(5, "mm") == sazanami.quantity("5 mm", "mm") == 5e-3
+    assert sazanami.quantity(np.float64(0.3), "ms") == 0.3e-3 and sazanami.quantity(float("inf"), "s") == float("inf")
+    with pytest.raises(sazanami.InputError):
+        sazanami.quantity(5, "mmm")
     with pytest.raises(sazanami.InputError):
         sazanami.quantity("20 mm", "s")
     with pytest.raises(sazanami.InputError):

@@ -90,6 +90,24 @@ def test_packing_returns_the_bed(tmp_path):
         sazanami.read_bed(tmp_path / "packed" / "summary.json")
 
 
+def test_a_bed_that_is_interrupted_can_go_on(tmp_path, monkeypatch):
+    monkeypatch.setattr(sazanami._functions.tempfile, "tempdir", str(tmp_path))
+    case = sazanami.Case.template("packing")
+    case.set({"domain.size": ["6 mm", "6 mm", "12 mm"], "domain.cells": [24, 24, 48]})
+    case.set({"grains.0.count": 60, "grains.1.count": 30, "bed.porosity_upper": "1.2 mm"})
+
+    def interrupts(info):
+        raise KeyboardInterrupt
+
+    with pytest.raises(sazanami.RunInterrupted) as caught:
+        sazanami.pack(case, progress=interrupts)
+    assert caught.value.folder.is_dir()
+    assert sazanami.resume(caught.value.folder, pictures=False, report=False).status == "finished"
+    # Negative control: nothing is left of what came to its end.
+    left = list(tmp_path.iterdir())
+    assert len(sazanami.pack(case)) == 90 and list(tmp_path.iterdir()) == left
+
+
 def test_evaluation_with_other_keys_needs_something_to_evaluate(run_of_drop):
     assert sazanami.analyse(run_of_drop.folder, pictures=False)
     with pytest.raises((sazanami.CaseError, InputError)):

@@ -135,6 +135,64 @@ def test_progress_is_heard(drop, tmp_path, capsys):
     assert "flow" in capsys.readouterr().err
 
 
+def test_what_progress_does_at_the_last_report_is_its_own(drop, tmp_path):
+    def fails(info):
+        raise ZeroDivisionError
+
+    runs = []
+
+    def stops(info):
+        runs[0].stop()
+
+    def interrupts(info):
+        raise KeyboardInterrupt
+
+    # One step: all is over before the first report is heard, or soon after it.
+    options = {"steps": 1, "pictures": False, "report": False}
+    with pytest.raises(ZeroDivisionError):
+        drop.run(folder=tmp_path / "a", progress=fails, **options)
+    runs.append(drop.start(folder=tmp_path / "b", progress=stops, **options))
+    assert runs[0].wait().status == "stopped" and runs[0].step == 1
+    # Negative control: a run that was over when progress was interrupted has nothing to go on with.
+    with pytest.raises(KeyboardInterrupt):
+        drop.run(folder=tmp_path / "c", progress=interrupts, **options)
+    assert Results(tmp_path / "c").status == "stopped"
+    drop.set({"run.until": "10 s"})
+    with pytest.raises(sazanami.RunInterrupted) as caught:
+        drop.run(folder=tmp_path / "d", progress=interrupts, pictures=False, report=False)
+    assert sazanami.resume(caught.value.folder, steps=1, pictures=False, report=False).status == "stopped"
+
+
+def test_another_thread_may_stop_a_run(drop, tmp_path):
+    drop.set({"run.until": "10 s"})
+    run = drop.start(folder=tmp_path / "a", threads=1, pictures=False, report=False)
+    failed = []
+
+    def stop():
+        try:
+            run.stop()
+        except BaseException as error:
+            failed.append(error)
+
+    threads = [threading.Thread(target=stop) for _ in range(3)]
+    for state in run.steps():
+        if state.step == 2:
+            for thread in threads:
+                thread.start()
+    for thread in threads:
+        thread.join()
+    assert not failed and run.status == "stopped" and run.interrupted and run.folder == tmp_path / "a"
+    # Told again: nothing takes it away.
+    assert run._core.wait(0.0)[0] == "ended" and run.wait().status == "stopped"
+
+
+def test_a_failure_is_told_again(drop, tmp_path, run_of_drop):
+    run = drop.start(folder=run_of_drop.folder, pictures=False, report=False)
+    for _ in range(2):
+        with pytest.raises(InputError, match="empty|results"):
+            run.wait()
+
+
 def test_ranks_and_threads_give_the_same_bits(drop, tmp_path, run_of_drop):
     run = drop.run(folder=tmp_path / "a", threads=2, pictures=False, report=False)
     assert run.summary["state_hash"] == run_of_drop.summary["state_hash"]

@@ -91,7 +91,7 @@ fn listed(known: &[&str]) -> String {
     format!("{under}{} and {last}", others.join(", "))
 }
 
-/// Splits `a.0."b.c"[1]` at its dots and brackets.
+/// Splits `a.0."b.c"[1]` at its dots and brackets; within quotes a backslash stands before a quote or a backslash of the key.
 fn split_path(path: &str) -> Result<Vec<String>, String> {
     let mut keys = Vec::new();
     let mut key = String::new();
@@ -103,8 +103,10 @@ fn split_path(path: &str) -> Result<Vec<String>, String> {
     if path.trim().is_empty() {
         return Err("the path of an override is missing".into());
     }
-    for c in path.trim().chars() {
+    let mut characters = path.trim().chars().peekable();
+    while let Some(c) = characters.next() {
         match c {
+            '\\' if quoted => key.push(characters.next_if(|&next| matches!(next, '"' | '\\')).unwrap_or(c)),
             '"' => {
                 quoted = !quoted;
                 was_quoted = true;
@@ -233,6 +235,10 @@ mod tests {
         assert_eq!(table["c"][0]["d"][1].as_integer(), Some(2));
         assert_eq!(table["c"][0]["k"].as_str(), Some("q"));
         assert_eq!(table["f"]["g/h"]["i"].as_bool(), Some(true));
+        let (table, report) = laid_over("", &[r#"a."b\"c\\d\e".f=1"#, r"g\h=2"]);
+        assert!(report.is_empty());
+        assert_eq!(table["a"][r#"b"c\d\e"#]["f"].as_integer(), Some(1));
+        assert_eq!(table[r"g\h"].as_integer(), Some(2));
         // A table that stands alone in place of a list.
         let (table, _) = laid_over("[a]\nb = 1\n", &["a.0.b=2", "a.1.b=3"]);
         assert_eq!((table["a"]["b"].as_integer(), table["a"]["1"]["b"].as_integer()), (Some(2), Some(3)));

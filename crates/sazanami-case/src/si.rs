@@ -8,6 +8,7 @@ use crate::explain::{Explained, declared, explain};
 use crate::key::{KeyDoc, Keys as _, ValueDoc};
 use crate::resolved::{self, Paths};
 use crate::units::parse_quantity;
+use crate::write::as_key;
 use crate::{Diagnostics, LoadedCase, Source, overrides};
 
 /// Content of a key.
@@ -90,10 +91,11 @@ pub fn known(names: &[&str]) -> Result<KnownKey, UnknownKey> {
 }
 
 /// All keys of a case as values: quantities as numbers in SI units, words, lists and tables. Keys that the copy of a case
-/// puts in other words, such as `domain.size` or a contact `default`, are there as they were written.
+/// puts in other words, such as `domain.size` or a contact `default`, are there as they were written. Names of files are those from
+/// the root, which mean the same in any case.
 #[must_use]
 pub fn values(loaded: &LoadedCase) -> Json {
-    let tree = resolved::write(&loaded.case, Paths::AsGiven).parse::<toml::Table>().unwrap_or_default();
+    let tree = resolved::write(&loaded.case, Paths::Absolute).parse::<toml::Table>().unwrap_or_default();
     let mut found = in_si(&toml::Value::Table(tree), &mut Vec::new());
     complete(&mut found, in_si(&toml::Value::Table(written(&loaded.source)), &mut Vec::new()));
     found
@@ -157,15 +159,20 @@ fn quantity(text: &str, names: &[String]) -> Option<Json> {
 /// are as in case files, with units of their own.
 #[must_use]
 pub fn setting(names: &[&str], value: &Json) -> String {
-    let path: Vec<String> = names.iter().map(|name| quoted(name)).collect();
     let plain = names.iter().filter(|name| name.parse::<usize>().is_err()).map(|name| (*name).to_owned());
-    format!("{}={}", path.join("."), as_toml(value, &mut plain.collect()))
+    format!("{}={}", path(names), as_toml(value, &mut plain.collect()))
 }
 
-/// A name in a path: within quotes if it is not plain.
+/// The path of an override that sets the key with the path `names`, without the equals sign.
+#[must_use]
+pub fn path(names: &[impl AsRef<str>]) -> String {
+    names.iter().map(|name| quoted(name.as_ref())).collect::<Vec<_>>().join(".")
+}
+
+/// A name as a key of TOML: within double quotes if it is not plain, quotes and backslashes in it escaped.
 fn quoted(name: &str) -> String {
-    let is_plain = !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || c == '_' || c == '-');
-    if is_plain { name.to_owned() } else { format!("\"{name}\"") }
+    let is_plain = as_key(name) == name;
+    if is_plain { name.to_owned() } else { Json::from(name).to_string() }
 }
 
 fn as_toml(value: &Json, names: &mut Vec<String>) -> String {
@@ -246,6 +253,52 @@ mod tests {
         assert_eq!(loaded.case.title, "a \"b\" = c");
         let wrong = parse(Path::new("a.toml"), CASE, &[setting(&["run", "untill"], &json!(1))]).unwrap_err();
         assert!(wrong.to_string().contains("did you mean `until`?"));
+    }
+
+    #[test]
+    fn names_of_any_letters_are_set_by_themselves_and_within_tables() {
+        for name in ["砂", "größe", "a \"b\"", "a\\b", "a.b", "plain-1"] {
+            let table = json!({ name: { "density": 2500 } });
+            for set in [setting(&["material"], &table), setting(&["material", name], &table[name])] {
+                let found = values(&parse(Path::new("a.toml"), CASE, &[set]).unwrap());
+                assert_eq!(found["material"][name]["density"], json!(2500.0), "{name}");
+            }
+        }
+        // Negative control: plain names need no quotes.
+        assert_eq!(path(&["material", "sand_1", "砂"]), "material.sand_1.\"砂\"");
+    }
+
+    #[test]
+    fn names_of_files_mean_the_same_when_they_are_set_again() {
+        let packed = format!(
+            "{CASE}{}",
+            r#"
+            [material.sand]
+            density = "2650 kg/m^3"
+            [contact."sand/sand"]
+            normal_stiffness = "1e3 N/m"
+            restitution = 0.5
+            friction = 0.6
+            [[grains]]
+            material = "sand"
+            shape.sphere = { diameter = "1 mm" }
+            count = 3
+            placement.packed = {}
+            "#
+        );
+        let set = [setting(&["output", "bed"], &json!("b.bed"))];
+        let (here, there) = (Path::new("cases/x/y.toml"), Path::new("elsewhere/z.toml"));
+        let first = parse(here, &packed, &set).unwrap();
+        let name = &values(&first)["output"]["bed"];
+        let file = std::path::absolute("cases/x/b.bed").unwrap();
+        assert_eq!(name, &json!(file.display().to_string()));
+        for place in [here, there] {
+            let again = parse(place, &packed, &[setting(&["output", "bed"], name)]).unwrap();
+            assert_eq!(&values(&again)["output"]["bed"], name);
+        }
+        // Negative control: the name as it was written means another file elsewhere.
+        let other = parse(there, &packed, &set).unwrap();
+        assert_ne!(&values(&other)["output"]["bed"], name);
     }
 
     #[test]

@@ -192,9 +192,16 @@ impl Series {
     /// Mean and scatter of the volumes of runs whose momenta agree within 1 %; only groups of two or more.
     #[must_use]
     pub fn scatter(&self) -> Vec<Scatter> {
-        let same = |a: &RunResult, b: &RunResult| b.momentum <= 1.01 * a.momentum;
-        let groups = self.runs.chunk_by(same).filter(|group| group.len() > 1);
+        // Each group by its first: a sweep in small steps is no repetition.
+        let (mut groups, mut rest) = (Vec::new(), &self.runs[..]);
+        while let Some(first) = rest.first() {
+            let (group, others) = rest.split_at(rest.partition_point(|run| run.momentum <= 1.01 * first.momentum));
+            groups.push(group);
+            rest = others;
+        }
         groups
+            .into_iter()
+            .filter(|group| group.len() > 1)
             .map(|group| Scatter {
                 momentum: group.iter().map(|run| run.momentum).sum::<Real>() / group.len() as Real,
                 cap: Repeated::of(group.iter().map(|run| &run.cap)),

@@ -117,8 +117,6 @@ const LEAST_BANDS: usize = 4;
 const FLANK: [Real; 2] = [0.2, 0.8];
 /// Mean speed of a heap that lies still, over that of a grain that falls by its size.
 const STILL: Real = 0.01;
-/// Time without a contact after which a grain apart from the heap is in the air, over that in which it falls by its size.
-const FLIGHT: Real = 0.05;
 /// Pixels across a grain.
 const FINENESS: Real = 8.0;
 /// Parts of a heap whose slopes are compared.
@@ -171,8 +169,9 @@ impl Heap {
         };
         let whole = profile(0);
         let [from, to, relief] = flank(&whole, d)?;
-        let [speeds] = sum_over(lying.len(), |n| [bed.velocity[lying[n]].length()]);
-        let (mean_speed, still) = (speeds / lying.len() as Real, settings.still());
+        let free = |n: usize| Real::from(u8::from(!bed.held[lying[n]]));
+        let [speeds, count] = sum_over(lying.len(), |n| [free(n) * bed.velocity[lying[n]].length(), free(n)]);
+        let (mean_speed, still) = (speeds / Real::max(count, 1.0), settings.still());
         if mean_speed > still {
             return Err(HeapError::Moving { mean_speed, still });
         }
@@ -216,12 +215,10 @@ fn standard_error(values: &[Option<Real>]) -> Real {
     (known().map(|value| (value - mean).powi(2)).sum::<Real>() / (count - 1.0) / count).sqrt()
 }
 
-/// Numbers of the grains that are not in the air: those near to others of the heap, and those that touched something just now.
+/// Numbers of the grains that are not in the air: those near to others of the heap, and those that lie on the floor beside it.
 fn lying(bed: &BedView, settings: &HeapSettings) -> Vec<usize> {
-    let linked = linked_to_bed(bed, settings.grain_size);
-    let flight = FLIGHT * (settings.grain_size / settings.gravity).sqrt();
-    let touches = |grain: usize| bed.time_since_contact(grain).is_some_and(|age| age <= flight);
-    (0..bed.len()).filter(|&grain| linked[grain] || touches(grain)).collect()
+    let linked = linked_to_bed(bed, settings.grain_size, settings.floor);
+    (0..bed.len()).filter(|&grain| linked[grain]).collect()
 }
 
 /// Number of grains in the air: neither among the `lying` ones nor held, as a funnel above the heap is.
@@ -233,11 +230,16 @@ fn airborne(bed: &BedView, lying: &[usize]) -> usize {
 /// The bands about the axis, out to where they reach the nearest side of the box or, of a ridge, the farthest.
 fn bands(bed: &BedView, lying: &[usize], settings: &HeapSettings) -> Vec<Band> {
     let &HeapSettings { shape, axis, grain_size: d, lower, upper, .. } = settings;
+    let longest = (upper[0] - lower[0]).max(upper[1] - lower[1]);
     let mut map = HeightMap::new(lower, upper, d / FINENESS);
     map.add(bed, &bed.bounds(), lying);
     let to_sides = |k: usize| [axis[k] - lower[k], upper[k] - axis[k]];
     let reach = match shape {
-        HeapShape::Cone => to_sides(0).into_iter().chain(to_sides(1)).fold(Real::INFINITY, Real::min),
+        // Of a half or a quarter of a cone the walls through its axis cut nothing off.
+        HeapShape::Cone => {
+            let all = to_sides(0).into_iter().chain(to_sides(1));
+            all.filter(|&side| side > d).fold(Real::INFINITY, Real::min).min(longest)
+        }
         HeapShape::Ridge => to_sides(0).into_iter().fold(0.0, Real::max),
     };
     let mut bands = vec![Band::default(); (reach / d).floor().max(0.0) as usize];
@@ -326,6 +328,18 @@ mod tests {
     }
 
     #[test]
+    fn a_half_and_a_quarter_of_a_cone_at_walls_have_the_angle_of_the_whole() {
+        let degrees: Real = 32.0;
+        let cone = || Bed::columns(1.0, HALF, 3, |r| (16.0 - r).max(0.0) * degrees.to_radians().tan());
+        for lower in [[0.0, -HALF], [-HALF, 0.0], [0.0, 0.0]] {
+            let whole = cone();
+            let kept = whole.position.into_iter().filter(|place| place.x > lower[0] && place.y > lower[1]);
+            let heap = measured(&Bed::new(1.0, kept.collect()), &HeapSettings { lower, ..HEAP }).unwrap();
+            assert!((heap.angle.to_degrees() - degrees).abs() < 1.0, "{lower:?}: {heap:?}");
+        }
+    }
+
+    #[test]
     fn a_slope_from_side_to_side_and_a_pile_at_a_wall_have_theirs() {
         let wedge = |degrees: Real, top: Real| {
             let mut bed = Bed::columns(1.0, HALF, 3, |_| 0.0);
@@ -370,15 +384,25 @@ mod tests {
         let mut splashed = Bed::new(1.0, cone().position.into_iter().chain(cloud).collect());
         let flying = splashed.position.len() - 40..;
         splashed.velocity[flying.clone()].fill(Vector::new(0.0, 0.0, 3.0));
-        splashed.last_contact.as_mut().unwrap()[flying].fill(0.5);
+        splashed.last_contact.as_mut().unwrap()[flying.clone()].fill(0.5);
         let seen = measured(&splashed, &HEAP).unwrap();
         assert_eq!(seen, Heap { airborne: 40, ..lying });
-        // Control: the same grains with a contact just now are part of the bed.
+        // So do grains of a funnel above the heap, held ones and those that touch them.
         splashed.last_contact.as_mut().unwrap().iter_mut().for_each(|time| *time = 1.0);
-        assert!(measured(&splashed, &HEAP) != Ok(seen));
+        splashed.velocity.fill(Vector::ZERO);
+        assert_eq!(measured(&splashed, &HEAP), Ok(seen));
+        splashed.held[flying.start..flying.start + 20].fill(true);
+        assert_eq!(measured(&splashed, &HEAP), Ok(Heap { airborne: 20, ..lying }));
+        // Control: the same grains on the floor are part of the heap.
+        splashed.position[flying].iter_mut().for_each(|place| *place += Vector::new(0.0, 0.0, HEAP.floor + 0.5 - 25.0));
+        assert_eq!(measured(&splashed, &HEAP).unwrap().airborne, 0);
         for (part, still) in [(0.9, true), (1.1, false)] {
             let mut moving = cone();
             moving.velocity.fill(Vector::new(part * HEAP.still(), 0.0, 0.0));
+            // Held grains of its base do not make it lie more still.
+            let base = moving.position.len() / 2;
+            moving.velocity[..base].fill(Vector::ZERO);
+            moving.held[..base].fill(true);
             let found = measured(&moving, &HEAP);
             assert!(if still { found.is_ok() } else { matches!(found, Err(HeapError::Moving { .. })) }, "{found:?}");
         }

@@ -73,10 +73,10 @@ impl SplashSums {
 }
 
 impl SplashTracker {
-    /// Starts with the bed before the impact; `grain_size` is the short axis \[m].
+    /// Starts with the bed before the impact over a `floor` \[m]; `grain_size` is the short axis \[m].
     #[must_use]
-    pub fn new(bed: &BedView, axis: Horizontal, grain_size: Real) -> Self {
-        let linked = linked_to_bed(bed, grain_size);
+    pub fn new(bed: &BedView, axis: Horizontal, grain_size: Real, floor: Real) -> Self {
+        let linked = linked_to_bed(bed, grain_size, floor);
         let top = |of: &dyn Fn(usize) -> bool| {
             let lying = (0..bed.len()).filter(|&grain| linked[grain] && of(grain));
             lying.map(|grain| bed.top_of(grain)).fold(Real::NEG_INFINITY, Real::max)
@@ -189,7 +189,7 @@ mod tests {
 
     fn start() -> (Bed, SplashTracker) {
         let bed = Bed::columns(D, 2e-3, 2, |_| 1e-3);
-        let tracker = bed.view(|view| SplashTracker::new(view, [0.0; 2], D));
+        let tracker = bed.view(|view| SplashTracker::new(view, [0.0; 2], D, -1.0));
         (bed, tracker)
     }
 
@@ -214,7 +214,7 @@ mod tests {
         // A post in the middle column, of grains on one another.
         let mut bed = Bed::columns(D, 2e-3, 6, |r| if r < 0.5e-3 { 3e-3 } else { 1e-3 });
         let post: Vec<usize> = (0..bed.held.len()).filter(|&n| bed.position[n].z > 1e-3).collect();
-        let threshold = |bed: &Bed| bed.view(|view| SplashTracker::new(view, [0.0; 2], D)).threshold();
+        let threshold = |bed: &Bed| bed.view(|view| SplashTracker::new(view, [0.0; 2], D, -1.0)).threshold();
         let loose = threshold(&bed);
         assert!(!post.is_empty() && (loose - 3.5e-3).abs() < 1e-12, "{loose}");
         post.iter().for_each(|&n| bed.held[n] = true);
@@ -237,7 +237,7 @@ mod tests {
         let (resting, _) = start();
         let mut bed = resting;
         bed.position[3].z = 20e-3;
-        let mut tracker = bed.view(|view| SplashTracker::new(view, [0.0; 2], D));
+        let mut tracker = bed.view(|view| SplashTracker::new(view, [0.0; 2], D, -1.0));
         assert!((tracker.threshold() - 1.5e-3).abs() < 1e-15);
         assert_eq!(bed.view(|view| tracker.observe(view)), Splash::default());
         bed.position[5].z = 3e-3;

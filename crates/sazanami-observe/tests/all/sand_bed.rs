@@ -111,6 +111,6 @@ fn the_bed_has_the_state_it_was_built_with() {
         let order = orientation(view).unwrap();
         assert_eq!(order.grains, bed.position.len());
         assert!(order.vertical_order.abs() < 0.5);
-        assert_eq!(SplashTracker::new(view, [SIDE / 2.0; 2], D).observe(view).grains, 0);
+        assert_eq!(SplashTracker::new(view, [SIDE / 2.0; 2], D, 0.0).observe(view).grains, 0);
     });
 }

@@ -30,6 +30,10 @@ pub(super) fn place(
             return Err(ContactSphereError::RadiusTooLarge { radius, limit });
         }
         let (centres, _) = spread_evenly(spheroid, count, radius);
+        let places = distinct(&centres, 1e-3 * radius);
+        if places < count {
+            return Err(ContactSphereError::TooMany { count, places, radius });
+        }
         return Ok(centres.into_iter().map(|c| (c, radius)).collect());
     }
     let largest = 0.95 * limit;
@@ -41,6 +45,12 @@ pub(super) fn place(
         }
         radius = (1.15 * radius).min(largest);
     }
+}
+
+/// Number of centres that lie farther than `gap` \[m] from all before them.
+fn distinct(centres: &[Vector], gap: Real) -> usize {
+    let is_apart = |&n: &usize| centres[..n].iter().all(|other| other.distance_squared(centres[n]) > gap * gap);
+    (0..centres.len()).filter(is_apart).count()
 }
 
 /// Centres one radius below the surface, and the largest distance from a point there to the nearest of them.

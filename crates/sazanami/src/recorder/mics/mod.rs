@@ -101,7 +101,9 @@ impl GridObserver {
             grains.keep(BEFORE, &mut self.before);
             grains.measure_bed();
             if let Some(settings) = &self.erosion {
-                self.splash = Some(grains.with_bed(|bed| SplashTracker::new(bed, settings.axis, settings.grain_size)));
+                let begin = |bed: &BedView| SplashTracker::new(bed, settings.axis, settings.grain_size, settings.floor);
+                let seen = |bed: &BedView| settings.ground().seen_from(settings.axis, bed, begin);
+                self.splash = Some(grains.with_bed(seen));
             }
             self.evaluate_erosion(grains);
             self.initial = self.findings.erosion.as_ref().map(Erosion::as_initial);
