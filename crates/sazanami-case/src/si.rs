@@ -172,7 +172,7 @@ pub fn path(names: &[impl AsRef<str>]) -> String {
 /// A name as a key of TOML: within double quotes if it is not plain, quotes and backslashes in it escaped.
 fn quoted(name: &str) -> String {
     let is_plain = as_key(name) == name;
-    if is_plain { name.to_owned() } else { Json::from(name).to_string() }
+    if is_plain { name.to_owned() } else { format!("\"{}\"", name.replace('\\', "\\\\").replace('"', "\\\"")) }
 }
 
 fn as_toml(value: &Json, names: &mut Vec<String>) -> String {

@@ -195,7 +195,8 @@ impl Series {
         // Each group by its first: a sweep in small steps is no repetition.
         let (mut groups, mut rest) = (Vec::new(), &self.runs[..]);
         while let Some(first) = rest.first() {
-            let (group, others) = rest.split_at(rest.partition_point(|run| run.momentum <= 1.01 * first.momentum));
+            let (group, others) =
+                rest.split_at(rest.partition_point(|run| run.momentum <= 1.01 * first.momentum).max(1));
             groups.push(group);
             rest = others;
         }
@@ -289,5 +290,17 @@ mod tests {
         );
         doubted[1].cap.doubts = "the rim".into();
         assert_eq!(scatter(&doubted).cap, None);
+    }
+
+    #[test]
+    fn a_sweep_in_small_steps_is_no_repetition() {
+        let sizes = |momenta: &[Real]| {
+            let runs = momenta.iter().map(|momentum| run("s", 1.0, momentum * 1e-4, 1e-9)).collect();
+            let scatter = Comparison::of(runs).series[0].scatter();
+            scatter.iter().map(|group| group.cap.map_or(0, |cap| cap.runs)).collect::<Vec<_>>()
+        };
+        assert_eq!(sizes(&[8.0, 8.07, 8.14, 8.21, 8.28]), [2, 2]);
+        // Negative control: runs within 1 % of the first are repetitions.
+        assert_eq!(sizes(&[8.0, 8.03, 8.07]), [3]);
     }
 }

@@ -56,7 +56,7 @@ impl SurfaceGrains {
 /// motion are never in the air: those linked to the bed belong to it whatever they touched and however they move, and others, which
 /// hang above it or stand beside it, are no part of it.
 fn sort_out(bed: &BedView, bounds: &[(Vector, Vector)], settings: &ErosionSettings) -> (Vec<bool>, HeightMap) {
-    let linked = linked(bounds, settings.grain_size / 4.0, settings.floor);
+    let linked = linked(bounds, bed.held, settings.grain_size / 4.0, settings.floor);
     let mut map = HeightMap::new(settings.lower, settings.upper, settings.pixel);
     let mut of_bed = linked;
     let (mut in_contact, mut doubtful) = (Vec::new(), Vec::new());
@@ -83,15 +83,16 @@ fn sort_out(bed: &BedView, bounds: &[(Vector, Vector)], settings: &ErosionSettin
     (of_bed, map)
 }
 
-/// Whether each grain belongs to the bed: to the largest group of grains close to each other, within half a grain size, or to one that
-/// lies on the `floor` \[m].
+/// Whether each grain belongs to the bed: to the largest group of grains close to each other, within half a grain size, or to one with
+/// free grains that lies on the `floor` \[m].
 pub(crate) fn linked_to_bed(bed: &BedView, grain_size: Real, floor: Real) -> Vec<bool> {
     let bounds = bed.bounds();
-    linked(&bounds, grain_size / 4.0, floor)
+    linked(&bounds, bed.held, grain_size / 4.0, floor)
 }
 
-/// Grains of the largest group linked by boxes that come closer than twice `margin` \[m], and of those that come so close to the `floor`.
-fn linked(bounds: &[(Vector, Vector)], margin: Real, floor: Real) -> Vec<bool> {
+/// Grains of the largest group linked by boxes that come closer than twice `margin` \[m], and of those with a free grain that come so
+/// close to the `floor`: what is `held` alone is a pier or a wall.
+fn linked(bounds: &[(Vector, Vector)], held: &[bool], margin: Real, floor: Real) -> Vec<bool> {
     let groups = Groups::of(bounds.len());
     let bins = Bins::of(bounds, 2.0 * margin);
     bins.for_each_pair(|a, b| {
@@ -106,10 +107,12 @@ fn linked(bounds: &[(Vector, Vector)], margin: Real, floor: Real) -> Vec<bool> {
     roots.iter().for_each(|&root| size[root] += 1);
     // The first of the largest groups.
     let bed = (0..size.len()).rev().max_by_key(|&root| size[root]);
-    let mut lies = vec![false; bounds.len()];
-    let low = |&grain: &usize| bounds[grain].0.z < floor + 2.0 * margin;
-    bed.into_iter().chain((0..bounds.len()).filter(low).map(|grain| roots[grain])).for_each(|root| lies[root] = true);
-    roots.iter().map(|&root| lies[root]).collect()
+    let [mut lies, mut moves] = [(); 2].map(|()| vec![false; bounds.len()]);
+    for (grain, &root) in roots.iter().enumerate() {
+        lies[root] |= bounds[grain].0.z < floor + 2.0 * margin;
+        moves[root] |= !held[grain];
+    }
+    roots.iter().map(|&root| Some(root) == bed || (lies[root] && moves[root])).collect()
 }
 
 /// Groups of linked grains; the smallest number in a group is its root, whatever the order of the links.
@@ -262,18 +265,20 @@ mod tests {
             let size = |root: usize| group.iter().filter(|&&other| other == root).count();
             let bed = (0..bounds.len()).rev().max_by_key(|&root| size(root)).unwrap();
             let expected: Vec<bool> = group.iter().map(|&root| root == bed).collect();
-            let found = |threads: usize, floor: Real| {
-                sazanami_parallel::with_threads(threads, || linked(&bounds, margin, floor)).unwrap()
+            let found = |held: bool, threads: usize, floor: Real| {
+                let held = vec![held; bounds.len()];
+                sazanami_parallel::with_threads(threads, || linked(&bounds, &held, margin, floor)).unwrap()
             };
             for threads in [1, 4] {
-                assert_eq!(found(threads, -1.0), expected);
+                assert_eq!(found(false, threads, -1.0), expected);
             }
+            assert_eq!(found(true, 1, 1.0), expected, "piers are no bed");
             assert!(expected.contains(&true) && (margin > 0.05 || expected.contains(&false)));
             // With a floor at 1 all groups that reach down to it belong to the bed, and no other.
             let on_floor =
                 |root: usize| (0..bounds.len()).any(|n| group[n] == root && bounds[n].0.z < 1.0 + 2.0 * margin);
             let with_floor: Vec<bool> = group.iter().map(|&root| root == bed || on_floor(root)).collect();
-            assert_eq!(found(1, 1.0), with_floor);
+            assert_eq!(found(false, 1, 1.0), with_floor);
         }
     }
 

@@ -64,7 +64,7 @@ pub(crate) const HEAP: &[Field<Heap>] = quantities! {
         => |heap| json!(heap.flank.map(|distance| 1e3 * distance));
     "mean_speed", "m/s", "mean speed of the grains that are not in the air; a heap that moves has no angle"
         => |heap| json!(heap.mean_speed);
-    "airborne_grains", "", "grains in the air, which are left out" => |heap| json!(heap.airborne);
+    "airborne_grains", "", "free grains in the air, or in a funnel, which are left out" => |heap| json!(heap.airborne);
 };
 
 /// A heap, or why there is none, as the summary has it.

@@ -146,6 +146,16 @@ mod tests {
     }
 
     #[test]
+    fn spheres_in_one_place_are_refused() {
+        let ball = Spheroid { equatorial: 3e-3, axial: 3e-3 };
+        let refused = place(&ball, 75, Some(3e-3));
+        assert!(matches!(refused, Err(ContactSphereError::TooMany { count: 75, places: 1, .. })), "{refused:?}");
+        // Negative controls: one alone, and smaller ones.
+        assert_eq!(place(&ball, 1, Some(3e-3)).map(|spheres| spheres.len()), Ok(1));
+        assert_eq!(place(&ball, 75, Some(1e-3)).map(|spheres| spheres.len()), Ok(75));
+    }
+
+    #[test]
     fn the_spiral_spreads_by_area() {
         let sphere = Spheroid { equatorial: 1.0, axial: 1.0 };
         let points = spread(&sphere, 0.0, 10_000);
