@@ -34,7 +34,7 @@ class Bed:
     position: "NDArray[np.float64]"
     """Centres of mass [m], a row for each grain."""
     orientation: "NDArray[np.float64]"
-    """Unit quaternions w, x, y, z."""
+    """Unit quaternions w, x, y, z, from the principal axes of the shapes; those of a mesh need not be the axes it was drawn in."""
     scale: "NDArray[np.float64]"
     """Factors on the size of their shapes."""
     population: "NDArray[np.uint32]"

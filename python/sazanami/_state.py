@@ -96,7 +96,7 @@ class State:
         self.step: Optional[int] = raw["step"]
         """Fluid step; ``None`` of a state in a file."""
         self.grains = Arrays(raw["grains"])
-        """Arrays of the grains in the order of ``id``; ``orientation`` is a unit quaternion w, x, y, z."""
+        """Arrays of the grains in the order of ``id``; ``orientation``, a unit quaternion w, x, y, z, turns the shape as it was given."""
         water = raw["water"]
         self.grid: Optional[Grid] = None
         """Fields on the grid, for ``solver = "mics"``."""

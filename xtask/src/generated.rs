@@ -5,9 +5,9 @@ use std::path::Path;
 
 use sazanami::case::{json_schema, reference};
 use sazanami_verification::catalogue::CASES;
-use sazanami_verification::page::pages;
+use sazanami_verification::page::{pages, put};
 
-use crate::{book, results};
+use crate::{book, result_charts, results};
 
 /// Begin and end of the table of the preset `paper_literal` in its page.
 const BEGIN: &str = "<!-- generated: keys -->\n";
@@ -25,6 +25,7 @@ fn files(root: &Path) -> Result<Vec<(String, String)>, String> {
     ];
     files.extend(pages(root, CASES)?);
     files.extend(results::pages(root)?);
+    files.extend(result_charts::files(root)?);
     // The headings of the pages make the table of contents.
     files.push(("docs/SUMMARY.md".to_owned(), book::summary(root, &files)));
     Ok(files)
@@ -42,7 +43,7 @@ pub fn write(root: &Path) -> u8 {
     let written = files(root).and_then(|files| {
         let changed: Vec<_> = files.iter().filter(|(path, text)| !is_fresh(root, path, text)).collect();
         for (path, text) in &changed {
-            std::fs::write(root.join(path), text).map_err(|error| format!("{path}: {error}"))?;
+            put(&root.join(path), text).map_err(|error| error.to_string())?;
         }
         Ok((files.len(), changed.len()))
     });

@@ -6,6 +6,7 @@ mod generated;
 mod links;
 mod mpi;
 mod python;
+mod result_charts;
 mod results;
 mod test;
 mod tidy;

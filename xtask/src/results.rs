@@ -14,12 +14,12 @@ use serde_json::Value;
 
 use crate::{cargo, exit_code, root};
 
-const RUNS: &str = "docs/results/runs";
+pub const RUNS: &str = "docs/results/runs";
 const TABLES: &str = "docs/results/tables.toml";
 const BEGIN: &str = "<!-- table ";
 const END: &str = "<!-- end -->";
 
-type Problem = String;
+pub type Problem = String;
 
 /// How a run is made and judged.
 #[derive(Deserialize)]
@@ -45,17 +45,17 @@ fn read_text(path: &Path) -> Result<String, Problem> {
     std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))
 }
 
-fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, Problem> {
+pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, Problem> {
     toml::from_str(&read_text(path)?).map_err(|error| format!("{}: {error}", path.display()))
 }
 
-fn read_summary(folder: &Path) -> Result<Value, Problem> {
+pub fn read_summary(folder: &Path) -> Result<Value, Problem> {
     let path = folder.join("summary.json");
     serde_json::from_str(&read_text(&path)?).map_err(|error| format!("{}: {error}", path.display()))
 }
 
 /// The number at `path`, entries and indices parted by dots.
-fn number(summary: &Value, path: &str) -> Result<f64, Problem> {
+pub fn number(summary: &Value, path: &str) -> Result<f64, Problem> {
     entry(summary, path).and_then(Value::as_f64).ok_or(format!("a summary has no number `{path}`"))
 }
 

@@ -111,7 +111,7 @@ impl Paper {
     /// Engine with the bed, its grains of the given shape.
     pub(crate) fn engine(&self, domain: &Domain, shape: &Shape) -> Result<Engine, String> {
         let setup = grains::setup(&self.case, std::slice::from_ref(shape));
-        let placed = grains::placed(&self.case, &[Some(self.bed.clone())]);
+        let placed = grains::placed(&self.case, std::slice::from_ref(shape), &[Some(self.bed.clone())]);
         Engine::new(domain, setup, &placed).map_err(|error| error.to_string())
     }
 }

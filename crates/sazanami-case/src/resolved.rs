@@ -60,9 +60,36 @@ pub fn hash_of_copy(text: &str) -> u64 {
 
 /// A line of a resolved copy that names a file, without its folder; `None` for another line.
 fn name_only(line: &str) -> Option<String> {
-    let (key, value) = line.split_once(" = ").filter(|(key, _)| FILES.contains(key))?;
+    let (key, value) = line.split_once(" = ")?;
+    match key {
+        "region" => Some(format!("region = {}", names_only(value))),
+        key if FILES.contains(&key) => Some(format!("{key} = {}", name_of(value)?)),
+        _ => None,
+    }
+}
+
+/// A file name as TOML, without its folder.
+fn name_of(value: &str) -> Option<String> {
     let toml::Value::String(path) = value.parse().ok()? else { return None };
-    Some(format!("{key} = {}", quoted(Path::new(&path).file_name()?.to_str()?)))
+    Some(quoted(Path::new(&path).file_name()?.to_str()?))
+}
+
+/// A region on its line, with the files in it without their folders.
+fn names_only(mut rest: &str) -> String {
+    const FILE: &str = "{ file = ";
+    let mut text = String::new();
+    while let Some(begin) = rest.find(FILE).map(|place| place + FILE.len()) {
+        text += &rest[..begin];
+        rest = &rest[begin..];
+        // The first mark of the end at which it is a text: a name may hold some.
+        let marks = rest.char_indices().skip(1).filter(|(_, mark)| matches!(mark, '"' | '\''));
+        let found = marks.map(|(n, _)| n + 1).find_map(|end| Some((end, name_of(&rest[..end])?)));
+        if let Some((end, name)) = found {
+            text += &name;
+            rest = &rest[end..];
+        }
+    }
+    text + rest
 }
 
 /// Whether the case of `loaded` is the one whose hash was written down as `hash`: by its meaning, or as the copy that

@@ -32,13 +32,15 @@ impl Dimension {
         Self { length, mass, time, angle }
     }
 
-    fn times(self, other: Self, power: i8) -> Self {
-        Self {
-            length: self.length + power * other.length,
-            mass: self.mass + power * other.mass,
-            time: self.time + power * other.time,
-            angle: self.angle + power * other.angle,
-        }
+    /// `None` where a power is beyond reason.
+    fn times(self, other: Self, power: i8) -> Option<Self> {
+        let sum = |own: i8, other: i8| own.checked_add(power.checked_mul(other)?);
+        Some(Self {
+            length: sum(self.length, other.length)?,
+            mass: sum(self.mass, other.mass)?,
+            time: sum(self.time, other.time)?,
+            angle: sum(self.angle, other.angle)?,
+        })
     }
 }
 
@@ -175,12 +177,12 @@ pub struct UnitError {
 pub fn parse_quantity(text: &str) -> Result<(Real, Dimension), UnitError> {
     let start = text.len() - text.trim_start().len();
     let (mantissa, exponent, unit_start) = split_number(text, start)?;
-    let mut reader = UnitReader { text, position: unit_start };
+    let mut reader = UnitReader { text, position: unit_start, brackets: 0 };
     let unit = reader.product(false)?;
     if reader.position < text.len() {
         return Err(reader.error_here("this does not belong to a unit"));
     }
-    let shifted = format!("{mantissa}e{}", exponent + unit.decimal);
+    let shifted = format!("{mantissa}e{}", exponent.saturating_add(unit.decimal));
     let value: Real = shifted.parse().map_err(|_| UnitError {
         message: format!("`{mantissa}` is not a number"),
         suggestion: None,
@@ -276,19 +278,26 @@ struct Unit {
 impl Unit {
     const ONE: Self = Self { decimal: 0, factor: 1.0, dimension: Dimension::NONE };
 
-    fn times(self, other: Self, power: i8) -> Self {
-        Self {
-            decimal: self.decimal + i32::from(power) * other.decimal,
+    /// `None` where a power is beyond reason.
+    fn times(self, other: Self, power: i8) -> Option<Self> {
+        let decimal = i32::from(power).checked_mul(other.decimal)?;
+        Some(Self {
+            decimal: self.decimal.checked_add(decimal)?,
             factor: if other.factor == 1.0 { self.factor } else { self.factor * other.factor.powi(i32::from(power)) },
-            dimension: self.dimension.times(other.dimension, power),
-        }
+            dimension: self.dimension.times(other.dimension, power)?,
+        })
     }
 }
 
 struct UnitReader<'a> {
     text: &'a str,
     position: usize,
+    /// Brackets that are open.
+    brackets: usize,
 }
+
+/// Brackets within each other that a unit may have.
+const MOST_BRACKETS: usize = 8;
 
 impl UnitReader<'_> {
     fn rest(&self) -> &str {
@@ -333,7 +342,9 @@ impl UnitReader<'_> {
             }
             let power = if sign < 0 { -1 } else { 1 };
             divided = sign < 0 || (divided && sign == 0);
-            unit = unit.times(self.factor()?, power);
+            let begin = self.position;
+            let factor = self.factor()?;
+            unit = unit.times(factor, power).ok_or_else(|| self.beyond_reason(begin))?;
             first = false;
         }
     }
@@ -342,14 +353,19 @@ impl UnitReader<'_> {
     fn factor(&mut self) -> Result<Unit, UnitError> {
         let start = self.position;
         if self.rest().starts_with('(') {
+            if self.brackets == MOST_BRACKETS {
+                return Err(self.error_here("too many brackets within each other"));
+            }
             self.position += 1;
+            self.brackets += 1;
             let inner = self.product(true)?;
+            self.brackets -= 1;
             if !self.rest().starts_with(')') {
                 return Err(self.error_here("a closing bracket is missing"));
             }
             self.position += 1;
             let power = self.power()?;
-            return Ok(Unit::ONE.times(inner, power));
+            return Unit::ONE.times(inner, power).ok_or_else(|| self.beyond_reason(start));
         }
         if self.rest().starts_with('1') {
             self.position += 1;
@@ -369,7 +385,7 @@ impl UnitReader<'_> {
             range: start..start + length,
         })?;
         let power = self.power()?;
-        Ok(Unit::ONE.times(unit, power))
+        Unit::ONE.times(unit, power).ok_or_else(|| self.beyond_reason(start))
     }
 
     /// `^n`, a superscript, or nothing (1).
@@ -394,11 +410,16 @@ impl UnitReader<'_> {
                 return Ok(1);
             }
         }
-        digits.parse::<i8>().ok().filter(|n| n.abs() <= 9).ok_or_else(|| UnitError {
+        digits.parse::<i8>().ok().filter(|n| (-9..=9).contains(n)).ok_or_else(|| self.beyond_reason(start))
+    }
+
+    /// That the power of a unit which begins at byte `start` is none.
+    fn beyond_reason(&self, start: usize) -> UnitError {
+        UnitError {
             message: "the power of a unit is a small whole number".into(),
             suggestion: Some("for example `m^2` or `s^-1`".into()),
             range: start..self.position.max(start + 1),
-        })
+        }
     }
 }
 
@@ -533,6 +554,12 @@ mod tests {
         assert!(error("1 m^").message.contains("whole number"));
         assert!(error("1 (m").message.contains("bracket"));
         assert!(error("1e999 m").message.contains("finite"));
+        assert!(error("1e2147483647 km").message.contains("finite"));
+        assert!(error(&format!("1 {}m", "(".repeat(100_000))).message.contains("brackets"));
+        assert_eq!(value("1 ((((m))))"), 1.0, "negative control");
+        for wide in ["1 (m^9)^9/((m^9)^9)^9", "1 ((m^9)^9)^9", "1 s^-128"] {
+            assert!(error(wide).message.contains("small whole number"), "{wide}");
+        }
     }
 
     #[test]

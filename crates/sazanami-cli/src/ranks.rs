@@ -40,7 +40,7 @@ fn follow(processes: &Processes) -> u8 {
         Ok(stop) => {
             followers::follow(processes, &of_this_program(), &stop, |work| {
                 sazanami_bench::follow(processes, work);
-                verify::follow_order(processes, CASES, work);
+                verify::follow_order(processes, CASES, work, &stop);
             });
             exit::DONE
         }

@@ -207,6 +207,14 @@ pub fn meet_full_files_as_errors() {
 /// Stop that Ctrl-C, SIGTERM, SIGHUP and SIGUSR1 set; a second signal ends the program at once. Those that were ignored
 /// when the program began stay ignored.
 pub fn stop_on_signals() -> Result<Arc<Stop>, CommandError> {
+    stop_on_signals_for(
+        "ending after this step with a checkpoint; once more ends at once",
+        "ended at once; what was computed since the last checkpoint is lost",
+    )
+}
+
+/// The same for a command that tells by `ending` what the first signal does, and by `ended` what the second has done.
+pub fn stop_on_signals_for(ending: &'static str, ended: &'static str) -> Result<Arc<Stop>, CommandError> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
     let failed =
         |error| CommandError::input(format!("signals cannot be caught: {error}"), "this is a fault of the system");
@@ -225,12 +233,10 @@ pub fn stop_on_signals() -> Result<Arc<Stop>, CommandError> {
             };
             asked.set(cause);
             if first.is_none() && verbosity() != Verbosity::Silent {
-                print_error(format_args!(
-                    "\n{cause}: ending after this step with a checkpoint; once more ends at once"
-                ));
+                print_error(format_args!("\n{cause}: {ending}"));
             }
             if first.get_or_insert_with(Instant::now).elapsed() > PATIENCE {
-                print_error(format_args!("\nended at once; what was computed since the last checkpoint is lost"));
+                print_error(format_args!("\n{ended}"));
                 std::process::exit(i32::from(exit::STOPPED));
             }
         }

@@ -1,7 +1,7 @@
 //! The rigid body of a grain as contacts use it: contact spheres in flat arrays, mass properties, bounds.
 
 use sazanami_numerics::geometry::Shape;
-use sazanami_numerics::{Matrix, Real, Vector};
+use sazanami_numerics::{Matrix, Quaternion, Real, Vector};
 
 use crate::face::Face;
 
@@ -30,6 +30,8 @@ pub struct Body {
     pub(crate) capsule: Capsule,
     leverage: [Real; 2],
     face: Face,
+    /// Rotation with which it lies as its shape was given.
+    pub drawn: Quaternion,
 }
 
 /// All points within `radius` of the segment from `lower` to `upper` on a coordinate axis.
@@ -75,6 +77,7 @@ impl Body {
             capsule,
             leverage,
             face,
+            drawn: Quaternion::IDENTITY,
         }
     }
 
@@ -147,13 +150,9 @@ impl Body {
 impl From<&Shape> for Body {
     fn from(shape: &Shape) -> Self {
         let spheres = shape.contact_spheres();
-        Self::new(
-            shape.volume(),
-            shape.principal_inertia(),
-            spheres.centres.clone(),
-            spheres.radii.clone(),
-            shape.bounding_radius(),
-        )
+        let (centres, radii) = (spheres.centres.clone(), spheres.radii.clone());
+        let body = Self::new(shape.volume(), shape.principal_inertia(), centres, radii, shape.bounding_radius());
+        Self { drawn: shape.drawn(), ..body }
     }
 }
 

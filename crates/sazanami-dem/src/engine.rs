@@ -97,6 +97,9 @@ pub struct Engine {
     arrivals_expected: bool,
     time_step: Real,
     book: EnergyBook,
+    /// Grains that are watched, by their identifiers, and the mean force of contacts on them over the last call of [`Engine::advance`], as far
+    /// as they were on this rank \[N].
+    watched: Vec<(u64, Vector)>,
 }
 
 /// State of a sub-step, worst wins.
@@ -168,6 +171,7 @@ impl Engine {
             arrivals_expected: false,
             time_step: Real::INFINITY,
             book: EnergyBook::default(),
+            watched: Vec::new(),
         };
         engine.check_box(domain, grains)?;
         let rank = domain.communicator().rank();
@@ -208,6 +212,28 @@ impl Engine {
         self.book.window = None;
         self.listed = false;
         self.renew(domain, true)
+    }
+
+    /// Watches the contacts of these grains from the next call of [`Self::advance`] on, in place of those that it watched.
+    pub fn watch(&mut self, grains: impl Iterator<Item = u64>) {
+        self.watched = grains.map(|id| (id, Vector::ZERO)).collect();
+    }
+
+    /// Mean force of contacts on each watched grain over the last call of [`Self::advance`], as far as it was on this rank \[N]: the sum over
+    /// the ranks is that on the grain.
+    #[must_use]
+    pub fn watched(&self) -> &[(u64, Vector)] {
+        &self.watched
+    }
+
+    /// Adds the `part` of the contact forces of a sub-step to the means of watched grains.
+    fn book_watched(&mut self, part: Real) {
+        let Grains { id, contact_force, owned, .. } = &self.grains;
+        for (watched, force) in &mut self.watched {
+            if let Ok(n) = id[..*owned].binary_search(watched) {
+                *force += part * contact_force[n];
+            }
+        }
     }
 
     /// All grains this rank knows.
@@ -412,6 +438,8 @@ impl Engine {
         self.turned.clear();
         self.turned.resize(self.grains.owned, Vector::ZERO);
         self.open_book(loads, gravity, dt);
+        self.watched.iter_mut().for_each(|(_, force)| *force = Vector::ZERO);
+        let watches = !self.watched.is_empty();
         let mut by_walls = 0.0;
         let state = self.drift(0.5 * h);
         self.refresh_poses(domain, false);
@@ -433,7 +461,9 @@ impl Engine {
             by_walls += h * counters.by_walls;
             let last = step + 1 == count;
             self.time = start + dt * ((step + 1) as Real / count as Real);
-            state = self.kick_and_drift(&Kick { loads, gravity, h, keep: last }, if last { 0.5 * h } else { h });
+            state =
+                self.kick_and_drift(&Kick { loads, gravity, h, keep: last || watches }, if last { 0.5 * h } else { h });
+            self.book_watched(1.0 / count as Real);
             if counters.deepest > self.largest_overlap_allowed {
                 state = FAILED;
             }

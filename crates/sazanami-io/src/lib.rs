@@ -28,8 +28,10 @@ pub mod readings;
 mod replace;
 pub mod table;
 pub mod vtk;
+mod word;
 
 pub use bodies::{Bodies, BodyPose, BodySurface};
 pub use element::{Element, ElementType};
 pub use measured_profile::MeasuredProfile;
 pub use replace::{remove_unfinished, replace_file};
+pub use word::as_word;

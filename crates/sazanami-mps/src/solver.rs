@@ -223,6 +223,11 @@ impl Solver {
         grains.engine_mut().soften(domain, stiffness, largest_overlap);
     }
 
+    /// Watches the contacts of grains, by their identifiers; see [`Engine::watch`].
+    pub fn watch_contacts(&mut self, grains: impl Iterator<Item = u64>) {
+        self.grains.engine_mut().watch(grains);
+    }
+
     /// Feeds in grains, and lets those go whose identifier `which` takes; see [`Engine::feed`] and [`Engine::let_go_fed`].
     ///
     /// # Errors

@@ -24,8 +24,7 @@ use crate::assembly::grains;
 use crate::assembly::shapes::shape_of;
 use crate::case::amounts::{self, length};
 use crate::case::meaning::{
-    BedFile, BoundarySide, Case, ContactSphereChoice, Exchange, GrainPlacement, GrainShape, MOST_ON_SHELL, Motion,
-    Population,
+    BedFile, BoundarySide, Case, ContactSphereChoice, Exchange, GrainPlacement, GrainShape, MOST_ON_SHELL, Population,
 };
 use crate::case::units::rounded;
 use crate::case::{CaseError, Diagnostics, LoadedCase};
@@ -264,14 +263,13 @@ impl Search<'_> {
         self.contact_gaps();
         self.room();
         self.widths(facts);
-        self.periods();
-        let lying = grains::placed(self.case, self.beds);
+        self.periods(facts);
+        let lying = grains::placed(self.case, self.shapes, self.beds);
         let lying: Vec<Placed> = lying.iter().map(|grain| self.as_it_lies(grain)).collect();
-        let placed = self.placed(&lying);
-        self.within_box(&placed);
-        self.clear_of_gates(&placed);
-        self.ways_are_free(&placed);
-        self.overlaps(&placed);
+        self.within_box(&lying);
+        self.clear_of_gates(&lying);
+        self.ways_are_free(&lying);
+        self.overlaps(&lying);
         self.beside_packed(&lying);
         self.liquids(&lying);
         self.poured();
@@ -295,7 +293,7 @@ impl Search<'_> {
             return;
         }
         let liquid = self.case.fluid.liquid.density;
-        for (n, population) in self.case.grains.iter().enumerate().filter(|(_, p)| p.motion == Motion::Free) {
+        for (n, population) in self.case.grains.iter().enumerate().filter(|(_, p)| p.has_free_grains()) {
             let of_material = self.case.material(&population.material).map(|material| material.density);
             let own = population.mass_override.map(|mass| mass / self.shapes[n].volume());
             let Some(density) = own.or(of_material).filter(|density| *density < LIGHTEST * liquid) else { continue };
@@ -351,11 +349,17 @@ impl Search<'_> {
         }
     }
 
-    /// Between periodic sides a grain must not meet an image of itself.
-    fn periods(&mut self) {
-        let extent = self.case.domain.extent();
-        for (n, population) in self.case.grains.iter().enumerate() {
-            let needed = Engine::shortest_period(self.shapes[n].bounding_radius() * population.sizes().largest());
+    /// Between periodic sides a grain must not meet an image of itself, by its film or bridge neither.
+    fn periods(&mut self, facts: &[ShapeFacts]) {
+        let (case, extent) = (self.case, self.case.domain.extent());
+        let laws = if case.run.packing_only { grains::interactions(case) } else { grains::wet_interactions(case) };
+        let margin = |(population, facts): (&Population, &ShapeFacts)| {
+            facts.body.as_ref().map_or(0.0, |body| laws.margin(body, population.sizes().largest()))
+        };
+        let margin = case.grains.iter().zip(facts).map(margin).fold(0.0, Real::max);
+        for (n, population) in case.grains.iter().enumerate() {
+            let largest = self.shapes[n].bounding_radius() * population.sizes().largest();
+            let needed = Engine::shortest_period(largest) + 2.0 * margin;
             let is_short = |&d: &usize| self.case.boundary[d][0] == BoundarySide::Periodic && extent[d] < needed;
             let Some(d) = (0..3).find(is_short) else { continue };
             self.report
@@ -373,30 +377,37 @@ impl Search<'_> {
         self.loaded.places.at(&format!("grains.{population}.shape"))
     }
 
-    /// A packed bed has to fit into the box.
+    /// A packed bed has to fit into the box, with all populations that are packed into it.
     fn room(&mut self) {
-        let extent = self.case.domain.extent();
+        let (case, extent) = (self.case, self.case.domain.extent());
         let base = extent.x * extent.y;
-        for (n, population) in self.case.grains.iter().enumerate() {
-            let (GrainPlacement::Packed(_), Some(count)) = (&population.placement, population.count) else { continue };
-            let solid = self.shapes[n].volume() * grains::drawn_cubes(population, count);
-            let height = solid / (PACKED * base);
-            let span = self.loaded.places.of(&format!("grains.{n}.count")).unwrap_or(self.span(n));
-            let levelled = matches!(&population.placement, GrainPlacement::Packed(how) if how.level.is_some());
-            if levelled && solid <= DENSEST * base * extent.z {
-                continue;
-            }
-            if solid > DENSEST * base * extent.z {
-                self.report
-                    .error(span, format!("`{}` does not fit into the box", population.name))
-                    .label(format!("{count} grains make a bed about {:.1} mm high", height * 1e3))
-                    .help(format!("the box is {:.1} mm high: take fewer grains or a larger box", extent.z * 1e3));
-            } else if height > extent.z {
-                self.report
-                    .warning(Some(span), format!("`{}` may reach out of the box", population.name))
-                    .label(format!("{count} grains make a bed about {:.1} mm high", height * 1e3));
-            }
+        let packed: Vec<(usize, usize, Real)> = (0..case.grains.len())
+            .filter_map(|n| Some((n, packed_count(&case.grains[n])?)))
+            .map(|(n, count)| (n, count, self.solid(n, count)))
+            .collect();
+        let count: usize = packed.iter().map(|(_, count, _)| count).sum();
+        let solid: Real = packed.iter().map(|(.., solid)| solid).sum();
+        let Some(&(n, ..)) = packed.iter().max_by(|a, b| a.2.total_cmp(&b.2)) else { return };
+        let height = solid / (PACKED * base);
+        let span = self.loaded.places.of(&format!("grains.{n}.count")).unwrap_or(self.span(n));
+        let names =
+            packed.iter().map(|&(n, ..)| format!("`{}`", case.grains[n].name)).collect::<Vec<_>>().join(" and ");
+        let [fit, together] = if packed.len() == 1 { ["does not fit", ""] } else { ["do not fit", " together"] };
+        let label = format!("{count} grains make a bed about {:.1} mm high", height * 1e3);
+        let levels = |n: usize| matches!(&case.grains[n].placement, GrainPlacement::Packed(how) if how.level.is_some());
+        if solid > DENSEST * base * extent.z {
+            self.report
+                .error(span, format!("{names} {fit} into the box{together}"))
+                .label(label)
+                .help(format!("the box is {:.1} mm high: take fewer grains or a larger box", extent.z * 1e3));
+        } else if height > extent.z && !packed.iter().all(|&(n, ..)| levels(n)) {
+            self.report.warning(Some(span), format!("{names} may reach out of the box")).label(label);
         }
+    }
+
+    /// Volume of so many grains of a population as they are drawn [m^3].
+    fn solid(&self, population: usize, count: usize) -> Real {
+        self.shapes[population].volume() * grains::drawn_cubes(&self.case.grains[population], count)
     }
 
     /// Grains that are packed begin on a lattice, of which a place has to fit into the plan of the box.
@@ -436,7 +447,7 @@ impl Search<'_> {
             }
         }
         let floor = self.case.domain.lower.z;
-        let top = floor + self.highest_bed();
+        let top = self.top_of_packed();
         for population in 0..self.case.grains.len() {
             let all = lying.iter().filter(|grain| grain.population == population);
             let lowest = all.map(|grain| (self.lowest(grain), grain)).min_by(|a, b| a.0.total_cmp(&b.0));
@@ -453,17 +464,21 @@ impl Search<'_> {
         }
     }
 
-    /// Height that the packed bed may reach: packed loosely, with a grain that stands on it \[m].
+    /// Height that a packed bed which is not levelled may reach: packed loosely, with a grain that stands on it \[m].
     fn highest_bed(&self) -> Real {
         let extent = self.case.domain.extent();
         let mut solid = 0.0;
         let mut longest: Real = 0.0;
-        for (population, shape) in self.case.grains.iter().zip(self.shapes) {
-            let (GrainPlacement::Packed(_), Some(count)) = (&population.placement, population.count) else { continue };
-            let factor = population.sizes().largest();
-            solid += count as Real * shape.volume() * factor.powi(3);
-            longest = longest.max(2.0 * shape.bounding_radius() * factor);
+        for (n, population) in self.case.grains.iter().enumerate() {
+            let Some(count) = packed_count(population) else { continue };
+            solid += self.solid(n, count);
+            longest = longest.max(2.0 * self.shapes[n].bounding_radius() * population.sizes().largest());
         }
         solid / (LOOSEST * extent.x * extent.y) + longest
     }
+}
+
+/// Number of the grains of a population that is packed.
+fn packed_count(population: &Population) -> Option<usize> {
+    population.count.filter(|_| matches!(population.placement, GrainPlacement::Packed(_)))
 }

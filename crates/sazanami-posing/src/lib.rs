@@ -37,6 +37,7 @@
 //! ```
 
 pub mod assembly;
+mod bed_shapes;
 pub mod check;
 pub mod feasible;
 pub mod machine;

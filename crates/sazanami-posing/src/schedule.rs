@@ -2,7 +2,7 @@
 
 use sazanami_numerics::Real;
 
-use crate::case::meaning::{Case, Schedule};
+use crate::case::meaning::{Case, Feed, GrainPlacement, Schedule};
 
 /// Relative distance up to which a number of steps counts as a whole one.
 const SAME: Real = 1e-9;
@@ -10,21 +10,41 @@ const SAME: Real = 1e-9;
 /// Times on which a step has to end: those of series, fields, grains, pictures and checkpoints. Probes are read between
 /// the ends of steps and shorten none.
 #[derive(Clone, Debug)]
-pub struct StepEnds([Schedule; 5]);
+pub struct StepEnds {
+    times: Vec<Schedule>,
+    feeds: Vec<Feed>,
+}
 
 impl StepEnds {
-    /// Those of a case.
+    /// Those of what a case writes.
     #[must_use]
     pub fn of(case: &Case) -> Self {
         let output = &case.output;
-        let [series, fields, grains, figures] =
-            [&output.series, &output.fields, &output.grains, &output.figures].map(Schedule::clone);
-        Self([series, fields, grains, figures, case.checkpoint.schedule()])
+        let outputs = [&output.series, &output.fields, &output.grains, &output.figures].map(Schedule::clone);
+        Self { times: outputs.into_iter().chain([case.checkpoint.schedule()]).collect(), feeds: Vec::new() }
+    }
+
+    /// Those of what a case writes and of all that happens in it: grains that are fed in or let go, gates that open and springs that become
+    /// softer.
+    #[must_use]
+    pub fn foretold(case: &Case) -> Self {
+        let releases = case.grains.iter().filter_map(|population| population.release);
+        let gates = case.gates.iter().map(|gate| gate.opens);
+        let mut at: Vec<Real> = releases.chain(gates).chain(case.dem.soften.map(|softening| softening.from)).collect();
+        at.sort_by(Real::total_cmp);
+        let feed = |placement: &GrainPlacement| match placement {
+            GrainPlacement::Fed(feed) => Some(feed.clone()),
+            _ => None,
+        };
+        let Self { mut times, .. } = Self::of(case);
+        times.push(Schedule { at, ..Schedule::default() });
+        Self { times, feeds: case.grains.iter().filter_map(|population| feed(&population.placement)).collect() }
     }
 
     /// Next of them after `now` \[s].
     pub fn next_after(&self, now: Real) -> Option<Real> {
-        self.0.iter().filter_map(|times| times.next_after(now)).reduce(Real::min)
+        let of_feeds = self.feeds.iter().filter_map(|feed| feed.next_after(now));
+        self.times.iter().filter_map(|times| times.next_after(now)).chain(of_feeds).reduce(Real::min)
     }
 
     /// Steps from time zero to `until` \[s], `most` at most, and the time that they reach \[s], if none is longer than the second of `longest` up
@@ -72,7 +92,7 @@ mod tests {
     fn steps_are_counted_between_their_ends_and_as_long_as_they_may_be() {
         let ends = |every: Option<Real>| {
             let [none, some] = [None, every].map(|every| Schedule { every, ..Schedule::default() });
-            StepEnds([some, none.clone(), none.clone(), none.clone(), none])
+            StepEnds { times: vec![some, none], feeds: Vec::new() }
         };
         // A second of steps of 0.1 s and nine of 0.5 s.
         let longest = [(1.0, 0.1), (10.0, 0.5)];

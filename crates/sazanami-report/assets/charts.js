@@ -79,10 +79,11 @@
         made("i", label).style.borderColor = `var(--c${n % 8})`;
         label.append(name);
         this.outputs[n] = made("output", label);
-        box.addEventListener("change", () => {
-          this.curves[n].shown = box.checked;
-          this.plot.setSeries(n + 1, { show: box.checked });
-        });
+        box.addEventListener("change", () => this.curves.forEach((curve, m) => {
+          if (curve.label !== name) return;
+          curve.shown = box.checked;
+          this.plot.setSeries(m + 1, { show: box.checked });
+        }));
       });
       const buttons = made("span", keys, { className: "zoom" });
       for (const [sign, name, factor] of [["+", "zoom in", 0.5], ["−", "zoom out", 2], ["⤢", "show all", 0]])

@@ -3,6 +3,7 @@
 use sazanami::analyse;
 use sazanami::case::units::with_bar;
 use sazanami::finished::Finished;
+use sazanami::results::as_word;
 use serde_json::Value;
 
 use crate::amounts::{amount, rounded};
@@ -58,7 +59,7 @@ pub fn how_it_broke_off(run: &Finished) -> Option<(String, String)> {
             format!(
                 "What follows is what it had written until then. Its last good checkpoint is {}; `sazanami resume {}` goes on from it.",
                 path.display(),
-                run.folder.display()
+                as_word(&run.folder)
             )
         }
         None => "What follows is what it had written until then. It has no good checkpoint.".into(),

@@ -1,6 +1,7 @@
 //! The report on several runs, side by side.
 
 use std::collections::BTreeSet;
+use std::path::PathBuf;
 
 use sazanami::analyse;
 use sazanami::case::values;
@@ -25,7 +26,8 @@ pub fn page(runs: &[Finished]) -> Result<String, CommandError> {
     let own = |run: &Finished, value: String| value.replace(&format!("{}/", run.folder.display()), "");
     let own_values =
         |run: &Finished| values(&run.case).into_iter().map(|(key, value)| (key, own(run, value))).collect();
-    let sides: Vec<Side> = runs.iter().map(|run| Side { run, name: run.name(), values: own_values(run) }).collect();
+    let named = runs.iter().zip(names(runs));
+    let sides: Vec<Side> = named.map(|(run, name)| Side { run, name, values: own_values(run) }).collect();
     let title = format!("{} runs side by side", sides.len());
     let keys = differing(&sides);
     let answers = answers(&sides, &keys);
@@ -49,6 +51,27 @@ pub fn page(runs: &[Finished]) -> Result<String, CommandError> {
         page::warnings(html, &warnings(&sides));
         Ok(answers.into_iter().chain(histories).collect())
     })
+}
+
+/// Names of runs: the shortest ends of the paths of their folders that differ, with a number behind what is still equal.
+fn names(runs: &[Finished]) -> Vec<String> {
+    let absolute = |run: &Finished| std::path::absolute(&run.folder).unwrap_or_else(|_| run.folder.clone());
+    let paths: Vec<PathBuf> = runs.iter().map(absolute).collect();
+    let name = |(run, path): (&Finished, &PathBuf)| {
+        let parts: Vec<_> = path.components().collect();
+        let ends = (2..=parts.len()).map(|count| parts[parts.len() - count..].iter().collect::<PathBuf>());
+        let is_shared = |end: &PathBuf| paths.iter().any(|other| other != path && other.ends_with(end));
+        let last = PathBuf::from(run.name());
+        let mut ends = std::iter::once(last).chain(ends);
+        ends.find(|end| !is_shared(end)).unwrap_or_else(|| path.clone()).display().to_string()
+    };
+    let all: Vec<String> = runs.iter().zip(&paths).map(name).collect();
+    let equal = |name: &String, among: &[String]| among.iter().filter(|other| *other == name).count();
+    let numbered = |(n, name): (usize, &String)| match equal(name, &all) {
+        1 => name.clone(),
+        _ => format!("{name} ({})", equal(name, &all[..=n])),
+    };
+    all.iter().enumerate().map(numbered).collect()
 }
 
 /// Findings of the runs, a column each.

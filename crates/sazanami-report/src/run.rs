@@ -77,11 +77,16 @@ fn subtitle(run: &Finished) -> String {
 fn section_picture(html: &mut Html, run: &Finished) {
     let Some(png) = analyse::newest_section(&run.folder).and_then(|path| std::fs::read(path).ok()) else { return };
     html.section("section", "Section");
-    let doubts = run.summary["observables"]["erosion"]["volume_below_rim_doubts"].as_str().unwrap_or_default();
-    let what =
-        if doubts.contains(NO_CRATER) { "the surface of the bed" } else { "rim radius L, depth H and the cap of V" };
-    html.element("p", &[("class", "note")], &format!("Bed and water with {what}, at the last time drawn."));
-    let about = format!("Section through bed and water at the end of {}, with {what}", title(run));
+    let erosion = &run.summary["observables"]["erosion"];
+    let is_doubted = || erosion["volume_below_rim_doubts"].as_str().unwrap_or_default().contains(NO_CRATER);
+    let what = match erosion["volume_below_rim_mm3"].as_f64() {
+        Some(_) if !is_doubted() => " with rim radius L, depth H and the cap of V",
+        // Without a crater to be looked for no surface is drawn.
+        _ if erosion.is_null() => "",
+        _ => " with the surface of the bed",
+    };
+    html.element("p", &[("class", "note")], &format!("Bed and water{what}, at the last time drawn."));
+    let about = format!("Section through bed and water at the end of {}{what}", title(run));
     html.picture("section-picture", "#section", &png, &about);
     html.close("section");
 }

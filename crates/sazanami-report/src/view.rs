@@ -79,11 +79,29 @@ struct Moment {
 
 type VtkPath = std::path::PathBuf;
 
+impl Moment {
+    /// Number of its grains.
+    fn count(&self) -> Result<usize, ReadError> {
+        let Some(path) = &self.grains else { return Ok(0) };
+        let [count] = VtkFile::beginning(path)?.numbers("Piece", "NumberOfPoints")?;
+        Ok(count as usize)
+    }
+}
+
+/// The number that is there most often, none only where there never is another; of several, the one that comes last.
+fn most_frequent(counts: &[usize]) -> usize {
+    let often = |count: &&usize| (**count > 0, counts.iter().filter(|other| other == count).count());
+    counts.iter().max_by_key(often).copied().unwrap_or_default()
+}
+
 /// Results of a run for the view.
 struct Source<'a> {
     run: &'a Finished,
     times: Vec<Moment>,
+    /// Number of grains at these times.
     grains: usize,
+    /// Number of times with another number of grains, which are not among them.
+    others: usize,
     lower: Vector,
     upper: Vector,
 }
@@ -99,14 +117,13 @@ impl<'a> Source<'a> {
             water: water.iter().find(|other| other.time == entry.time).map(path),
         };
         let main = if grains.is_empty() { &water } else { &grains };
-        let times: Vec<Moment> = main.iter().map(moment).collect();
+        let all: Vec<Moment> = main.iter().map(moment).collect();
+        let counts = all.iter().map(Moment::count).collect::<Result<Vec<usize>, _>>()?;
+        let (grains, every) = (most_frequent(&counts), all.len());
+        let shown = all.into_iter().zip(counts).filter(|(_, count)| *count == grains);
+        let times: Vec<Moment> = shown.map(|(moment, _)| moment).collect();
         let domain = &run.case.case.domain;
-        let mut source = Self { run, grains: 0, times, lower: domain.lower, upper: domain.upper };
-        if let Some(path) = source.times.first().and_then(|moment| moment.grains.as_deref()) {
-            let [count] = VtkFile::read(path)?.numbers("Piece", "NumberOfPoints")?;
-            source.grains = count as usize;
-        }
-        Ok(source)
+        Ok(Self { run, grains, others: every - times.len(), times, lower: domain.lower, upper: domain.upper })
     }
 
     /// The view of every `every`-th time and the last.
@@ -115,17 +132,13 @@ impl<'a> Source<'a> {
         let kept =
             self.times.iter().enumerate().filter(|(n, _)| n % every == 0 || *n == last).map(|(_, moment)| moment);
         let (mut pack, mut times, mut left_out) = (Pack::default(), Vec::new(), Vec::new());
-        let (mut before, mut shapes, mut skipped) = (None, Vec::new(), 0);
+        let (mut before, mut shapes) = (None, Vec::new());
         for moment in kept {
             let mut entry = json!({ "time": moment.time });
             let [shift, _] = self.run.case.case.to_written_frame(moment.time);
             if let Some(path) = &moment.grains {
                 let file = VtkFile::read(path)?;
                 let state = self.state(&file, shift)?;
-                if state.speed.len() != self.grains {
-                    skipped += 1;
-                    continue;
-                }
                 if before.is_none() {
                     shapes = self.shapes(&file, &mut pack, &mut entry)?;
                 }
@@ -140,8 +153,10 @@ impl<'a> Source<'a> {
         if every > 1 {
             left_out.push(format!("{} of {} times are shown.", times.len(), self.times.len()));
         }
-        if skipped > 0 {
-            left_out.push(format!("{skipped} times with another number of grains than the first are left out."));
+        if self.others > 0 {
+            let (others, grains) = (self.others, self.grains);
+            let all = others + self.times.len();
+            left_out.push(format!("{others} of {all} times are left out: their number of grains is not {grains}."));
         }
         left_out.dedup();
         let populations: Vec<&str> =

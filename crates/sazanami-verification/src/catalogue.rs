@@ -4,6 +4,8 @@
 
 use std::borrow::Cow;
 
+use sazanami::stop::Stop;
+
 use crate::cases::moving_particles;
 use crate::expected::Expected;
 use crate::measured::{Measured, Outcome};
@@ -26,13 +28,13 @@ pub struct Case {
 pub type Program = fn() -> Result<Vec<Measured>, String>;
 
 impl Case {
-    /// Runs and measures it.
+    /// Runs and measures it; its runs end early once `stop` is set.
     ///
     /// # Errors
     /// Why it cannot be measured.
-    pub fn measure(&self, expected: &Expected) -> Result<Outcome, String> {
+    pub fn measure(&self, expected: &Expected, stop: &Stop) -> Result<Outcome, String> {
         match (&self.posed, self.program) {
-            (Some(posed), _) => posed.measure(self.name, expected),
+            (Some(posed), _) => posed.measure(self.name, expected, stop),
             (None, Some(program)) => Outcome::of(program()?),
             (None, None) => Ok(Outcome::default()),
         }
@@ -126,6 +128,7 @@ pub const CASES: &[Case] = &[
     case!("oblique-impact"),
     case!("slip-to-roll"),
     case!("incline"),
+    case!("damp-slope"),
     case!("drop-on-bed"),
     case!("drop-on-bed-inviscid"),
     case!("literal-mics"),

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use sazanami_numerics::Real;
 
 use crate::judge::{Row, Verdict};
-use crate::measured::Chart;
+use crate::measured::{Chart, Series};
 
 /// Width of a figure and of a chart in it, height of a chart [px].
 const WIDTH: Real = 720.0;
@@ -45,28 +45,65 @@ fn charts(curves: &[Chart]) -> String {
     svg
 }
 
-/// Ends of an axis and the distance of its ticks: 1, 2 or 5 times a power of ten, about five ticks.
-fn axis(values: impl Iterator<Item = Real>) -> [Real; 3] {
-    let [low, high] =
-        values.filter(|v| v.is_finite()).fold([Real::INFINITY, Real::NEG_INFINITY], |[a, b], v| [a.min(v), b.max(v)]);
-    if low > high {
-        return [0.0, 1.0, 0.5];
+/// An axis: its ends and its ticks.
+struct Axis {
+    low: Real,
+    high: Real,
+    ticks: Vec<(Real, String)>,
+    logarithmic: bool,
+}
+
+impl Axis {
+    /// Over these values, those that are none left out.
+    fn over(values: impl Iterator<Item = Real>, logarithmic: bool) -> Self {
+        let [low, high] = values
+            .filter(|v| v.is_finite())
+            .fold([Real::INFINITY, Real::NEG_INFINITY], |[a, b], v| [a.min(v), b.max(v)]);
+        if logarithmic && low > 0.0 && low <= high { Self::of_decades(low, high) } else { Self::of_steps(low, high) }
     }
+
+    /// Ticks at 1, 2 and 5 times powers of ten, the ends among them.
+    fn of_decades(low: Real, high: Real) -> Self {
+        let first = low.log10().floor() as i32;
+        let all = (first..first + 40).flat_map(|power| [1.0, 2.0, 5.0].map(|n| n * 10.0_f64.powi(power)));
+        let all: Vec<Real> = all.collect();
+        let start = all.iter().rposition(|&tick| tick <= low * (1.0 + 1e-9)).unwrap_or(0);
+        let end = all.iter().position(|&tick| tick >= high * (1.0 - 1e-9)).unwrap_or(start).max(start + 1);
+        let ticks = all[start..=end].iter().map(|&tick| (tick, format!("{tick}"))).collect();
+        Self { low: all[start], high: all[end], ticks, logarithmic: true }
+    }
+
+    /// Ticks at 1, 2 or 5 times a power of ten, about five, the ends among them.
+    fn of_steps(low: Real, high: Real) -> Self {
+        let (low, high, step) = if low > high { (0.0, 1.0, 0.5) } else { round_ends(low, high) };
+        let count = ((high - low) / step).round() as usize;
+        let ticks = (0..=count).map(|n| low + n as Real * step).map(|value| (value, tick(value, step))).collect();
+        Self { low, high, ticks, logarithmic: false }
+    }
+
+    /// Where a value lies, 0 at the lower end and 1 at the upper one.
+    fn part(&self, value: Real) -> Real {
+        if self.logarithmic {
+            (value / self.low).log10() / (self.high / self.low).log10()
+        } else {
+            (value - self.low) / (self.high - self.low)
+        }
+    }
+}
+
+/// Round ends about two values, and the distance of the ticks.
+fn round_ends(low: Real, high: Real) -> (Real, Real, Real) {
     let width = if high > low { high - low } else { high.abs().max(1.0) };
     let power = 10.0_f64.powf((width / 5.0).log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|n| n * power).find(|step| width / step <= 6.0).unwrap_or(width);
     let (low, high) = ((low / step + 1e-9).floor() * step, (high / step - 1e-9).ceil() * step);
-    [low, if high > low { high } else { low + step }, step]
+    (low, if high > low { high } else { low + step }, step)
 }
 
 fn tick(value: Real, step: Real) -> String {
     let digits = (-step.log10().floor()).max(0.0) as usize;
     let value = if value.abs() < 1e-9 * step { 0.0 } else { value };
     if digits > 3 { format!("{value:.1e}") } else { format!("{value:.digits$}") }
-}
-
-fn ticks([low, high, step]: [Real; 3]) -> impl Iterator<Item = Real> {
-    (0..=((high - low) / step).round() as usize).map(move |n| low + n as Real * step)
 }
 
 /// Attribute of a text whose middle stands at its place.
@@ -78,23 +115,23 @@ fn text([x, y]: [Real; 2], attributes: &str, content: &str) -> String {
 
 fn draw(svg: &mut String, chart: &Chart, [x0, y0]: [Real; 2]) {
     let points = || chart.series.iter().flat_map(|series| &series.points);
-    let [left, right, dx] = axis(points().map(|point| point[0]));
-    let [bottom, top, dy] = axis(points().map(|point| point[1]));
+    let across = Axis::over(points().map(|point| point[0]), chart.logarithmic);
+    let up = Axis::over(chart.series.iter().flat_map(Series::ordinates), chart.logarithmic);
     let (width, height) = (CHART - LEFT - AROUND, HEIGHT - BELOW - AROUND);
-    let x = |value: Real| x0 + LEFT + width * (value - left) / (right - left);
-    let y = |value: Real| y0 + AROUND + height * (top - value) / (top - bottom);
+    let x = |value: Real| x0 + LEFT + width * across.part(value);
+    let y = |value: Real| y0 + AROUND + height * (1.0 - up.part(value));
     let mut put = |line: String| {
         let _ = writeln!(svg, "{line}");
     };
-    let (start, end, low, high) = (x(left), x(right), y(bottom), y(top));
-    for value in ticks([left, right, dx]) {
-        let (x, label) = (x(value), tick(value, dx));
-        let label = text([x, low + 14.0], CENTRED, &label);
+    let (start, end, low, high) = (x(across.low), x(across.high), y(up.low), y(up.high));
+    for (value, label) in &across.ticks {
+        let x = x(*value);
+        let label = text([x, low + 14.0], CENTRED, label);
         put(format!("<path d=\"M{x:.1} {low:.1}V{high:.1}\" stroke=\"#ddd\"/>{label}"));
     }
-    for value in ticks([bottom, top, dy]) {
-        let (y, label) = (y(value), tick(value, dy));
-        let label = text([start - 5.0, y + 4.0], "text-anchor=\"end\"", &label);
+    for (value, label) in &up.ticks {
+        let y = y(*value);
+        let label = text([start - 5.0, y + 4.0], "text-anchor=\"end\"", label);
         put(format!("<path d=\"M{start:.1} {y:.1}H{end:.1}\" stroke=\"#ddd\"/>{label}"));
     }
     put(format!(
@@ -122,6 +159,13 @@ fn draw(svg: &mut String, chart: &Chart, [x0, y0]: [Real; 2]) {
         } else {
             let path: Vec<String> = series.points.iter().map(|[a, b]| format!("{:.1} {:.1}", x(*a), y(*b))).collect();
             put(format!("<path d=\"M{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.4\"/>", path.join("L")));
+        }
+        for ([a, b], bar) in series.points.iter().zip(&series.bars) {
+            let (a, below, above) = (x(*a), y(b - bar), y(b + bar));
+            put(format!(
+                "<path d=\"M{a:.1} {below:.1}V{above:.1}\" stroke=\"{colour}\"/><circle cx=\"{a:.1}\" cy=\"{:.1}\" r=\"2.6\" fill=\"{colour}\"/>",
+                y(*b)
+            ));
         }
         let mark = if series.reference { '\u{25cb}' } else { '\u{2014}' };
         put(text([legend, low + 44.0], &format!("fill=\"{colour}\""), &format!("{mark} {}", series.name)));
@@ -191,23 +235,37 @@ mod tests {
 
     #[test]
     fn axes_hold_all_values_on_round_ticks() {
-        assert_eq!(axis([0.0, 9.3].into_iter()), [0.0, 10.0, 2.0]);
-        assert_eq!(axis([-0.021, 0.034].into_iter()), [-0.03, 0.04, 0.01]);
-        let [low, high, step] = axis([3.0, 3.0].into_iter());
-        assert!(low <= 3.0 && high > low && step > 0.0);
-        assert_eq!(axis(std::iter::empty()), [0.0, 1.0, 0.5]);
+        let ends = |values: &[Real], logarithmic| {
+            let axis = Axis::over(values.iter().copied(), logarithmic);
+            (axis.low, axis.high, axis.ticks.len())
+        };
+        assert_eq!(ends(&[0.0, 9.3], false), (0.0, 10.0, 6));
+        assert_eq!(ends(&[-0.021, 0.034], false), (-0.03, 0.04, 8));
+        let (low, high, _) = ends(&[3.0, 3.0], false);
+        assert!(low <= 3.0 && high > low);
+        assert_eq!(ends(&[], false), (0.0, 1.0, 3));
+        assert_eq!(ends(&[20.0, 80.0], true), (20.0, 100.0, 3));
+        assert_eq!(ends(&[0.3, 1.0], true), (0.2, 1.0, 3));
+        assert_eq!(ends(&[5.0, 5.0], true), (5.0, 10.0, 2));
+        let axis = Axis::over([1.0, 100.0].into_iter(), true);
+        assert!(
+            (axis.part(10.0) - 0.5).abs() < 1e-12
+                && (Axis::over([0.0, 100.0].into_iter(), true).part(10.0) - 0.1).abs() < 1e-12
+        );
     }
 
     #[test]
     fn figures_show_every_line_and_every_value() {
         let chart = Chart::new("speed < 1", "t [s]", "u [m/s]")
             .computed("here", &[[0.0, 0.0], [1.0, 0.5]])
-            .reference("there", &[[0.5, 0.2]]);
+            .reference("there", &[[0.5, 0.2]])
+            .results("with a bar", &[[0.5, 0.3]], &[0.4]);
         let svg = figure(&[chart], &[]);
         assert!(
             svg.contains("speed &lt; 1")
                 && svg.contains("here")
-                && svg.contains("<circle")
+                && svg.contains("with a bar")
+                && svg.matches("<circle").count() == 2
                 && svg.ends_with("</svg>\n")
         );
     }

@@ -6,18 +6,19 @@
 //! ([`expected`]); [`judge`] compares, [`verify`] runs, [`page`] writes the pages.
 //!
 //! ```
+//! use sazanami::stop::Stop;
 //! use sazanami_verification::catalogue::CASES;
 //! use sazanami_verification::verify::{Choice, verify};
 //!
 //! let choice = Choice { names: vec!["restitution".into()], ..Choice::default() };
-//! let found = verify(CASES, &choice, &mut sazanami::progress::Silent)?;
+//! let found = verify(CASES, &choice, &mut sazanami::progress::Silent, &Stop::new())?;
 //! assert!(found[0].rows.iter().all(|row| !row.verdict.is_bad()));
 //! # Ok::<(), sazanami::error::CommandError>(())
 //! ```
 
 pub mod cases;
 pub mod catalogue;
-mod chart;
+pub mod chart;
 pub mod expected;
 pub mod judge;
 pub mod measured;

@@ -31,6 +31,9 @@ pub struct Chart {
     pub axes: [String; 2],
     /// Lines and points.
     pub series: Vec<Series>,
+    /// Whether both axes are logarithmic; all values are above zero then.
+    #[serde(skip)]
+    pub logarithmic: bool,
 }
 
 /// One line of a chart.
@@ -42,30 +45,55 @@ pub struct Series {
     pub reference: bool,
     /// Abscissa and ordinate.
     pub points: Vec<[Real; 2]>,
+    /// Uncertainty of each ordinate, drawn as a bar to both sides, with a mark at the point; empty: a line alone.
+    #[serde(skip)]
+    pub bars: Vec<Real>,
 }
 
 impl Chart {
     /// Axes without lines.
     #[must_use]
     pub fn new(title: &str, abscissa: &str, ordinate: &str) -> Self {
-        Self { title: title.to_owned(), axes: [abscissa, ordinate].map(str::to_owned), series: Vec::new() }
+        Self { title: title.to_owned(), axes: [abscissa, ordinate].map(str::to_owned), ..Self::default() }
     }
 
     /// Adds what was computed, thinned to about 200 points.
     #[must_use]
     pub fn computed(mut self, name: &str, points: &[[Real; 2]]) -> Self {
         let stride = points.len().div_ceil(200).max(1);
-        let points = points.iter().step_by(stride).map(|point| point.map(short)).collect();
-        self.series.push(Series { name: name.to_owned(), reference: false, points });
+        let points = finite(points.iter().step_by(stride).map(|point| point.map(short)));
+        self.series.push(Series { name: name.to_owned(), points, ..Series::default() });
+        self
+    }
+
+    /// Adds single results with their uncertainties.
+    #[must_use]
+    pub fn results(mut self, name: &str, points: &[[Real; 2]], bars: &[Real]) -> Self {
+        let (points, bars) = (points.to_vec(), bars.to_vec());
+        self.series.push(Series { name: name.to_owned(), points, bars, ..Series::default() });
         self
     }
 
     /// Adds reference data.
     #[must_use]
     pub fn reference(mut self, name: &str, points: &[[Real; 2]]) -> Self {
-        self.series.push(Series { name: name.to_owned(), reference: true, points: points.to_vec() });
+        let points = finite(points.iter().copied());
+        self.series.push(Series { name: name.to_owned(), reference: true, points, ..Series::default() });
         self
     }
+}
+
+impl Series {
+    /// Ordinates with the ends of their bars.
+    pub fn ordinates(&self) -> impl Iterator<Item = Real> {
+        let bars = self.bars.iter().copied().chain(std::iter::repeat(0.0));
+        self.points.iter().zip(bars).flat_map(|(point, bar)| [point[1] - bar, point[1] + bar])
+    }
+}
+
+/// The points that can be drawn and kept.
+fn finite(points: impl Iterator<Item = [Real; 2]>) -> Vec<[Real; 2]> {
+    points.filter(|point| point.iter().all(|value| value.is_finite())).collect()
 }
 
 /// Five digits of a value: enough for a picture.

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
 
+use sazanami::stop::Stop;
 use sazanami_numerics::Real;
 use sazanami_posing::case::meaning::ProbePlace;
 use sazanami_posing::case::{self, LoadedCase};
@@ -13,6 +14,10 @@ use crate::cases::whole_run::WholeRun;
 use crate::expected::{Curves, Expected, Other, Quantity, Run, Taken};
 use crate::measured::{Chart, Outcome};
 use crate::value::{Beside, Columns, Course, Function, order};
+
+/// Case file of a verification case and its table of reference data.
+pub(crate) const CASE: &str = "case.toml";
+pub(crate) const REFERENCE: &str = "reference.csv";
 
 /// The case file of a verification case and its table of reference data (empty if it has none).
 #[derive(Clone, Debug)]
@@ -31,7 +36,7 @@ impl Posed {
     /// # Errors
     /// If a file cannot be read.
     pub fn of_folder(mut self, folder: &Path) -> io::Result<Self> {
-        for (text, name) in [(&mut self.case, "case.toml"), (&mut self.reference, "reference.csv")] {
+        for (text, name) in [(&mut self.case, CASE), (&mut self.reference, REFERENCE)] {
             let path = folder.join(name);
             if path.is_file() {
                 *text = std::fs::read_to_string(path)?.into();
@@ -51,21 +56,21 @@ impl Posed {
             let named =
                 |name: &String| self.others.iter().find(|other| other.0 == name).ok_or(format!("no case `{name}`"));
             let text = run.case.as_ref().map_or(Ok(&*self.case), |name| named(name).map(|other| other.1))?;
-            let loaded = case::parse(Path::new("case.toml"), text, &run.set).map_err(|error| error.to_string())?;
+            let loaded = case::parse(Path::new(CASE), text, &run.set).map_err(|error| error.to_string())?;
             Ok((run.name.clone(), loaded))
         };
         runs.iter().map(load).collect()
     }
 
-    /// Runs the case `name` and takes the values and curves that are declared.
+    /// Runs the case `name`, until `stop` is set, and takes the values and curves that are declared.
     ///
     /// # Errors
     /// Why a run ended early, or a value cannot be had.
-    pub fn measure(&self, name: &str, expected: &Expected) -> Result<Outcome, String> {
+    pub fn measure(&self, name: &str, expected: &Expected, stop: &Stop) -> Result<Outcome, String> {
         let mut runs = Vec::new();
         for (n, (run, loaded)) in self.loaded(expected)?.into_iter().enumerate() {
-            let whole =
-                WholeRun::of(&format!("{name}-{n}"), &loaded).map_err(|problem| format!("run `{run}`: {problem}"))?;
+            let whole = WholeRun::of(&format!("{name}-{n}"), &loaded, stop)
+                .map_err(|problem| format!("run `{run}`: {problem}"))?;
             runs.push(Finished { name: run, loaded, whole });
         }
         let mut values: BTreeMap<&str, Real> = BTreeMap::new();
@@ -306,7 +311,7 @@ reference = "exact"
     fn a_ball_thrown_upwards_is_measured_as_declared() {
         let posed = Posed { case: BALL.into(), others: &[], reference: "t,z\n0,0.5\n0.3,0.95\n0.6,0.5\n".into() };
         let expected = Expected::parse(EXPECTED).unwrap();
-        let outcome = posed.measure("thrown-ball", &expected).unwrap();
+        let outcome = posed.measure("thrown-ball", &expected, &Stop::new()).unwrap();
         let rows = crate::judge::judge("thrown-ball", &expected, &outcome);
         assert!(rows.iter().all(|row| !row.verdict.is_bad()), "{}", crate::verify::table(&rows));
         assert_eq!(outcome.curves[0].series.len(), 3);
@@ -323,6 +328,11 @@ reference = "exact"
             assert!(Expected::parse(&EXPECTED.replacen(from, to, 1)).is_err(), "{to}");
         }
         let missing = EXPECTED.replace("value = \"max(position_3)\"", "value = \"max(position_4)\"");
-        assert!(posed.measure("thrown-ball", &Expected::parse(&missing).unwrap()).unwrap_err().contains("position_4"));
+        let refused = |text: &str| posed.measure("thrown-ball", &Expected::parse(text).unwrap(), &Stop::new());
+        assert!(refused(&missing).unwrap_err().contains("position_4"));
+        // Times beyond the end of the run, beside a reference.
+        let taken = "value = \"largest(position_3)\"";
+        let beyond = EXPECTED.replacen(taken, &format!("when = [1.0, 2.0]\n{taken}"), 1);
+        assert_eq!(refused(&beyond).unwrap_err(), "`course`: no row has a value");
     }
 }

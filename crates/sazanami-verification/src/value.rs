@@ -138,6 +138,9 @@ impl TryFrom<String> for Columns {
 /// Time (or place) and value of each row.
 pub type Course = Vec<[Real; 2]>;
 
+/// Why an empty course has no value.
+const NO_ROW: &str = "no row has a value";
+
 impl Function {
     /// Of a `course` in the order of time.
     ///
@@ -145,7 +148,7 @@ impl Function {
     /// Why there is no such value.
     pub fn of(self, course: &[[Real; 2]]) -> Result<Real, String> {
         let (Some(first), Some(last)) = (course.first(), course.last()) else {
-            return Err("no row has a value".into());
+            return Err(NO_ROW.into());
         };
         let count = course.len() as Real;
         let values = || course.iter().map(|row| row[1]);
@@ -183,6 +186,9 @@ impl Function {
     /// # Errors
     /// Why there is none.
     pub fn beside(self, course: &[[Real; 2]], beside: &Beside, csv: &str) -> Result<Real, String> {
+        if course.is_empty() {
+            return Err(NO_ROW.into());
+        }
         let table = beside.table(csv)?;
         let course: Course = course.iter().map(|[x, y]| [x / beside.x_unit, y / beside.y_unit]).collect();
         let off = |shift: Real| -> Course {
@@ -233,7 +239,7 @@ fn best_shift(most: Real, error: impl Fn(Real) -> Real) -> [Real; 2] {
     tried.fold([0.0, Real::INFINITY], |best, now| if now[1] < best[1] { now } else { best })
 }
 
-/// Value of a course at `x`, linear between its rows, that of the nearest row outside.
+/// Value of a course that has rows at `x`, linear between them, that of the nearest row outside.
 fn at(course: &[[Real; 2]], x: Real) -> Real {
     let after = course.partition_point(|row| row[0] < x).clamp(1, course.len().max(2) - 1);
     let (Some(a), Some(b)) = (course.get(after - 1), course.get(after)) else { return course[0][1] };
@@ -333,6 +339,9 @@ mod tests {
         let csv = "kind,t,x\nfront,1,2\nfront,2,4\nother,1,9\n";
         let text = "rows = \"front\"\nx = \"t\"\ny = \"x\"\nx_unit = 2.0\ny_unit = 10.0\n";
         let beside = |more: &str| -> Beside { toml::from_str(&format!("{text}{more}")).unwrap() };
+        assert_eq!(Function::Largest.beside(&[], &beside(""), csv).unwrap_err(), NO_ROW);
+        // One row stands for all times.
+        assert!((Function::Largest.beside(&[[0.0, 0.0]], &beside(""), csv).unwrap() - 4.0).abs() < 1e-9);
         // Twice as fast as the table from a start half a unit later.
         let course: Course = (0..=8).map(Real::from).map(|t| [t, 10.0 * (2.0 * (0.5 * t - 0.1))]).collect();
         let near = |function: Function, more: &str, expected: Real| {

@@ -9,7 +9,7 @@ use crate::case::{self, LoadedCase};
 use crate::checkpoints;
 use crate::error::CommandError;
 use crate::lock::FolderLock;
-use crate::results::{CASE, SERIES, SUMMARY};
+use crate::results::{CASE, SERIES, SUMMARY, as_word};
 
 /// Results in a folder.
 #[derive(Debug)]
@@ -101,7 +101,7 @@ fn refuse_other(folder: &Path, summary: &Value) -> Result<(), CommandError> {
     if status == "running" {
         return Err(CommandError::input(
             format!("the run in `{place}` broke off before its end"),
-            format!("go on with it: `sazanami resume {place}`"),
+            format!("go on with it: `sazanami resume {}`", as_word(folder)),
         ));
     }
     Ok(())
@@ -160,6 +160,12 @@ mod tests {
         let held = FolderLock::take(folder).unwrap();
         assert!(refused().contains("in use"), "{}", refused());
         drop(held);
+        // A command is told that can be copied.
+        let spaced = folder.join("my runs");
+        fs::create_dir(&spaced).unwrap();
+        results(&spaced, "running", own, good);
+        let told = Finished::open(&spaced).unwrap_err().to_string();
+        assert!(told.contains(&format!("`sazanami resume '{}'`", spaced.display())), "{told}");
         assert!(Finished::open(&folder.join("absent")).unwrap_err().to_string().contains("no folder"));
     }
 }

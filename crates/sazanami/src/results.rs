@@ -8,6 +8,7 @@ use crate::case::meaning::{Case, ContactSphereChoice, GrainPlacement, GrainShape
 use crate::error::CommandError;
 use crate::lock::FolderLock;
 pub use crate::log::LOG;
+pub use sazanami_io::as_word;
 pub use sazanami_posing::assembly::grains::population_of;
 
 /// Chooses and prepares the folder of a run: `out`, or else `runs/<case>-<n>` with the next free number.

@@ -319,7 +319,7 @@ fn refuse_without_checkpoints(folder: &Path) -> Result<(), CommandError> {
         format!("`{}` holds a run that has {status}, and no checkpoint of it", folder.display()),
         format!(
             "its results stand; `sazanami run {} --out DIR` computes it anew",
-            folder.join(results::CASE).display()
+            results::as_word(&folder.join(results::CASE))
         ),
     ))
 }

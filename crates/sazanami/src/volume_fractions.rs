@@ -108,8 +108,7 @@ pub fn volume_fractions(
             "give the mesh its unit (`unit=\"1 mm\"`), or take wider cells",
         ));
     }
-    let (origin, axes) = shape.source_frame();
-    let axes = Quaternion::from_mat3(&axes);
+    let (origin, _) = shape.source_frame();
     let mut rasteriser = Rasteriser::new(method);
     let (mut covers, mut fractions) = (Vec::new(), Vec::new());
     let [n1, n2, n3] = grid.cells;
@@ -125,7 +124,7 @@ pub fn volume_fractions(
         let turn = place.orientation.normalize();
         let centre = place.position + turn * (place.scale * origin);
         covers.clear();
-        rasteriser.imprint_scaled(&shape, place.scale, centre, turn * axes, grid, &mut covers);
+        rasteriser.imprint_scaled(&shape, place.scale, centre, turn * shape.drawn(), grid, &mut covers);
         for cover in &covers {
             let cell = cover.cell.map(|index| usize::try_from(index).unwrap_or(usize::MAX));
             if (0..3).all(|d| cell[d] < grid.cells[d]) {

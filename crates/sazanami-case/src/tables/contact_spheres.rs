@@ -28,7 +28,7 @@ pub(super) struct ContactSphereKeys {
     /// Radius of the spheres of a shell.
     #[key(unit = "m", range = Positive, says = "by rule")]
     sphere_radius: Option<Real>,
-    /// File of contact spheres, lines `x y z r` in the body frame.
+    /// File of contact spheres, lines `x y z r` in the frame of the mesh; that of other shapes has its origin in their centre.
     sphere_file: Option<PathBuf>,
     /// Length of that file's unit.
     #[key(unit = "m", range = Positive, meant = 1.0)]
@@ -49,7 +49,7 @@ pub enum ContactSphereChoice {
     Axis(usize),
     /// One sphere.
     Single,
-    /// A list `x y z r` in a file, in the unit of the shape's body frame.
+    /// A list `x y z r` in a file, in the frame of the mesh.
     File {
         /// The file.
         file: PathBuf,

@@ -145,8 +145,10 @@ pub struct Peak {
     pub time: Real,
 }
 
-/// Most times at which a motion from a file is looked at for its harmonics.
+/// Most times at which a motion is looked at for its harmonics, or for its peaks as it rises.
 const MOST_SAMPLES: usize = 8192;
+/// Times in the rise of a formula, and in each period of it, at which its peaks are looked for.
+const SAMPLES_OF_RISE: Real = 64.0;
 
 /// A motion of the tank, counted from where it is at the start.
 #[derive(Clone, Debug, PartialEq)]
@@ -232,12 +234,20 @@ impl Motion {
         }
     }
 
-    /// Largest speed [m/s] and acceleration [m/s^2] of a record within the run; a formula has those of its harmonic.
+    /// Largest speed [m/s] and acceleration [m/s^2] of a record within the run, or of a formula as it rises in a run until `until` \[s]:
+    /// later it has those of its harmonic.
     #[must_use]
-    pub fn peaks(&self) -> Option<[Peak; 2]> {
+    pub fn peaks(&self, until: Real) -> [Peak; 2] {
         match self {
-            Self::Formula { .. } => None,
-            Self::File { peaks, .. } => Some(*peaks),
+            Self::Formula { frequency, ramp, .. } => {
+                let end = ramp.min(until).max(0.0);
+                let samples = (SAMPLES_OF_RISE * (1.0 + frequency * end)).min(MOST_SAMPLES as Real).ceil() as usize;
+                let times = (0..=samples).map(|n| end * n as Real / samples as Real);
+                [1, 2].map(|derivative| {
+                    largest(times.clone().map(|time| Peak { value: self.at(time)[derivative].length(), time }))
+                })
+            }
+            Self::File { peaks, .. } => *peaks,
         }
     }
 
@@ -261,7 +271,10 @@ fn peak(curve: &Spline, until: Real, derivative: usize) -> Peak {
         let [first, second] = [a, b].map(|x| curve.at(x)[2]);
         if first * second < 0.0 { a + (b - a) * first / (first - second) } else { a }
     });
-    let values = points().chain(between).map(|time| Peak { value: curve.at(time)[derivative].abs(), time });
+    largest(points().chain(between).map(|time| Peak { value: curve.at(time)[derivative].abs(), time }))
+}
+
+fn largest(values: impl Iterator<Item = Peak>) -> Peak {
     values.fold(Peak::default(), |most, peak| if peak.value > most.value { peak } else { most })
 }
 
@@ -309,6 +322,8 @@ fn highest(value: impl Fn(Real) -> Real, [mut low, mut high]: [Real; 2]) -> Real
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
     use super::*;
 
     #[test]
@@ -342,7 +357,7 @@ mod tests {
         let t: Vec<Real> = (0..=400).map(|n| 0.005 * n as Real).collect();
         let x: Vec<Real> = t.iter().map(|t| 0.01 * (TAU * 2.0 * t).sin()).collect();
         let recorded = |x: &[Real], until| {
-            Motion::recorded(PathBuf::new(), Direction::X1, Spline::through(&t, x).unwrap(), until).peaks().unwrap()
+            Motion::recorded(PathBuf::new(), Direction::X1, Spline::through(&t, x).unwrap(), until).peaks(until)
         };
         let w = TAU * 2.0;
         let [speed, acceleration] = recorded(&x, 2.0);
@@ -354,6 +369,19 @@ mod tests {
         let [_, peak] = recorded(&off, 2.0);
         assert!(peak.value > 100.0 && (peak.time - 1.5).abs() < 1e-9, "{peak:?}");
         assert!(recorded(&off, 1.0)[1].value < 1.1 * 0.01 * w * w);
+    }
+
+    #[test]
+    fn the_peaks_of_a_formula_are_those_of_its_rise() {
+        let motion = |ramp: Real| Motion::Formula { amplitude: Vector::X, frequency: 2.0, phase: FRAC_PI_2, ramp };
+        // From rest at the far end: 6 A/ramp^2 as it begins.
+        let [speed, acceleration] = motion(1e-3).peaks(1.0);
+        assert!((acceleration.value / 6e6 - 1.0).abs() < 1e-3 && acceleration.time == 0.0, "{acceleration:?}");
+        assert!((speed.value / 1.5e3 - 1.0).abs() < 1e-2, "{speed:?}");
+        // Negative controls: a long rise has no more than the harmonic, and a run may end before the peak.
+        let [_, acceleration] = motion(100.0).peaks(200.0);
+        assert!((acceleration.value / (2.0 * TAU).powi(2) - 1.0).abs() < 1e-2, "{acceleration:?}");
+        assert!(motion(100.0).peaks(10.0)[1].value < 0.1 * (2.0 * TAU).powi(2));
     }
 
     #[test]

@@ -6,12 +6,13 @@ use std::path::PathBuf;
 
 use sazanami_case_derive::Keys;
 use sazanami_dem::{Lattice, Motion, PackingSettings};
+use sazanami_io::as_word;
 use sazanami_numerics::{Quaternion, Real, Vector, choices};
 
 use super::boundary::SIDE_NAMES;
 use super::read_by;
 use crate::read::{Context, Table};
-use crate::units::rounded;
+use crate::units::{SAME, rounded};
 
 /// The recommended way to pack; it does not depend on the box.
 const PACKING: PackingSettings = PackingSettings::new(Vector::ZERO, Vector::ZERO);
@@ -184,7 +185,7 @@ impl BedFile {
         match &self.recipe {
             Some(recipe) => {
                 let path = std::path::absolute(&self.file).unwrap_or_else(|_| self.file.clone());
-                format!("make it with `sazanami run {} --set output.bed=\"{}\"`", recipe.display(), path.display())
+                format!("make it with `sazanami run {} --set output.bed=\"{}\"`", as_word(recipe), path.display())
             }
             None => "make it with a case that packs grains and names it under `output.bed`".into(),
         }
@@ -206,7 +207,7 @@ pub struct LatticePlacement {
     /// Random displacement over the distance of neighbours.
     #[key(range = Between(0.0, 0.5), default = 0.0)]
     pub jitter: Real,
-    /// Whether each is turned at random; otherwise the body axes lie along the box.
+    /// Whether each is turned at random; otherwise they lie as their shape is given.
     #[key(default = false)]
     pub random_orientation: bool,
     /// Velocity.
@@ -243,16 +244,16 @@ fn refuse_held(table: &Table<'_>, key: &str, cx: &mut Context<'_>) {
         .help("write `motion = \"prescribed\"` for grains that keep their velocity");
 }
 
-/// Orientation of a grain put by hand; none of the keys: as its body frame.
+/// Orientation of a grain put by hand; none of the keys: as its shape is given.
 #[derive(Clone, Debug, Keys)]
 struct OrientationKeys {
     #[key(skip = table.span())]
     span: Range<usize>,
-    /// Rotation from the body frame as a quaternion `[w, x, y, z]`, instead of `axis` and `angle`.
+    /// Rotation of the shape as it is given, about its centre of mass, as a quaternion `[w, x, y, z]`, instead of `axis` and `angle`.
     quaternion: Option<[Real; 4]>,
-    /// Axis of the rotation from the body frame.
+    /// Axis of that rotation.
     axis: Option<Vector>,
-    /// Angle of that rotation.
+    /// Its angle.
     #[key(unit = "rad")]
     angle: Option<Real>,
 }
@@ -397,7 +398,7 @@ pub struct Feed {
     /// Upper corner of that part.
     #[key(unit = "m", default = cx.known.domain.upper, says = "that of the side")]
     pub upper: Vector,
-    /// Whether each is turned at random; otherwise the body axes lie along the box.
+    /// Whether each is turned at random; otherwise they lie as their shape is given.
     #[key(default = false)]
     pub random_orientation: bool,
 }
@@ -415,6 +416,15 @@ impl Feed {
         self.from + index as Real / self.rate
     }
 
+    /// Time after `now` at which the next grain is due \[s].
+    #[must_use]
+    pub fn next_after(&self, now: Real) -> Option<Real> {
+        let first = ((now - self.from) * self.rate).floor().max(0.0) as usize;
+        (first..self.count().min(first.saturating_add(3)))
+            .map(|index| self.due(index))
+            .find(|due| *due > now * (1.0 + SAME))
+    }
+
     /// Speed into the box [m/s].
     #[must_use]
     pub fn inward(&self) -> Real {
@@ -430,11 +440,16 @@ impl Feed {
                 .label("this velocity does not point into the box")
                 .help("turn its component across the side round");
         }
-        if self.until < self.from {
+        if self.until < self.from && table.has("until") {
             cx.report
                 .error(table.place("until"), "the feed ends before it begins")
                 .label(format!("it begins at {} s", rounded(self.from)))
                 .help("leave out `until` to feed to the end of the run");
+        } else if self.until < self.from {
+            cx.report
+                .error(table.place("from"), "the feed begins after the end of the run")
+                .label(format!("the run ends at {} s", rounded(self.until)))
+                .help("let it begin sooner, or end the run later");
         }
         let domain = &cx.known.domain;
         let [direction, _] = self.side.place();

@@ -153,7 +153,7 @@ impl Measured {
     fn check_file(&self, file: &std::path::Path, place: Range<usize>, cx: &mut Context<'_>) {
         let frame = cx.known.frame.as_ref();
         // A tank of which the case knows only how it is accelerated may be anywhere.
-        let is_lost = frame.is_some_and(|frame| frame.oscillation.is_some());
+        let is_lost = frame.is_some_and(|frame| frame.oscillation.is_some() || frame.acceleration != Vector::ZERO);
         let motion = frame.and_then(|frame| frame.motion.as_ref());
         let displaced = motion.map_or(Vector::ZERO, |motion| motion.at(self.time)[0]);
         match MeasuredProfile::read_if_there(file) {

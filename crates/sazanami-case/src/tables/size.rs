@@ -6,6 +6,12 @@ use sazanami_case_derive::Keys;
 use sazanami_numerics::Real;
 
 use crate::read::{At, Context};
+use crate::units::rounded;
+
+/// Least share of a log-normal distribution between its ends: grains are drawn until one lies there.
+const LEAST_SHARE: Real = 1e-3;
+/// Deviations from the middle beyond which there is next to nothing of a normal distribution.
+const FAR: Real = 10.0;
 
 /// A factor and its share.
 #[derive(Clone, Copy, Debug, PartialEq, Keys)]
@@ -91,7 +97,7 @@ pub enum SizeDistribution {
         #[key(range = Positive)]
         upper: Real,
     },
-    /// Log-normal, cut off at two factors.
+    /// Log-normal, cut off at two factors, between which a thousandth of it lies at least; one size where the two are equal.
     Lognormal {
         /// Median factor.
         #[key(range = Positive, default = 1.0)]
@@ -141,6 +147,21 @@ impl SizeDistribution {
                     cx.report.error(at.span.clone(), "`lower` lies above `upper`").label("exchange the two");
                 }
                 *self = Self::Equal;
+            }
+            Self::Lognormal { median, sigma, lower, upper } if *upper > *lower => {
+                let share = share_between([*lower, *upper].map(|end| (end / *median).ln() / *sigma));
+                if share < LEAST_SHARE {
+                    cx.report
+                        .error(at.span.clone(), "next to nothing of this log-normal distribution lies between its ends")
+                        .label(format!(
+                            "{} % of it lie between {} and {}",
+                            rounded(1e2 * share),
+                            rounded(*lower),
+                            rounded(*upper)
+                        ))
+                        .help("put `lower` and `upper` about `median`, or write `size.uniform` between the two");
+                    *self = Self::Equal;
+                }
             }
             _ => {}
         }
@@ -209,9 +230,9 @@ impl SizeDistribution {
             }
             Self::Uniform { upper, .. } => upper.powi(power),
             Self::Lognormal { median, sigma, lower, upper } if *sigma > 0.0 && upper > lower => {
-                // There is next to nothing beyond ten deviations from where the moment lies.
+                // There is next to nothing farther from where the moment lies.
                 let [low, high] = [lower, upper].map(|end| (end / median).ln() / sigma);
-                let [low, high] = [low.max(-10.0), high.min(10.0 + Real::from(power) * sigma)];
+                let [low, high] = [low.max(-FAR), high.min(FAR + Real::from(power) * sigma)];
                 let weight = |x: Real| (-0.5 * x * x).exp();
                 let moment = |x: Real| weight(x) * (median * (sigma * x).exp()).powi(power);
                 integral(moment, low, high) / integral(weight, low, high)
@@ -219,6 +240,15 @@ impl SizeDistribution {
             Self::Lognormal { median, lower, upper, .. } => median.clamp(*lower, *upper).powi(power),
         }
     }
+}
+
+/// Share of a normal distribution between two ends, from its middle and over its standard deviation: a deviation of zero has it all in the
+/// middle.
+fn share_between([low, high]: [Real; 2]) -> Real {
+    // An end in the middle of a distribution without width is no number.
+    let (low, high) = (low.max(-FAR), high.min(FAR));
+    let weight = |x: Real| (-0.5 * x * x).exp();
+    if low < high { integral(weight, low, high) / std::f64::consts::TAU.sqrt() } else { 0.0 }
 }
 
 /// Integral by Simpson's rule, of functions as smooth as a normal distribution a few deviations wide.

@@ -175,7 +175,15 @@ impl Value for PathBuf {
     }
 
     fn read(at: &At<'_>, key: &KeyDoc, range: Range1, cx: &mut Context<'_>) -> Option<Self> {
-        String::read(at, key, range, cx).map(|name| cx.folder.join(name))
+        let name = String::read(at, key, range, cx)?;
+        if name.trim().is_empty() {
+            cx.report
+                .error(at.span.clone(), format!("`{}` names no file", key.name))
+                .label("an empty name")
+                .help("write the name of a file, or leave the key out");
+            return None;
+        }
+        Some(cx.folder.join(name))
     }
 
     fn write(&self, _: &str, style: Paths) -> Written {

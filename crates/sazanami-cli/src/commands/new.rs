@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use clap::Args;
 use sazanami::case::json_schema;
 use sazanami::error::{CommandError, exit};
+use sazanami::results::as_word;
 use sazanami::templates::{TEMPLATES, template};
 
 use crate::words;
@@ -47,7 +48,7 @@ impl New {
             let folder = dir.with_extension("");
             return Err(CommandError::input(
                 format!("`{}` names a file, and a folder is made", dir.display()),
-                format!("`sazanami new {name} {0}` writes {0}/{name}.toml", folder.display()),
+                format!("`sazanami new {name} {}` writes {}/{name}.toml", as_word(&folder), folder.display()),
             ));
         }
         let case = dir.join(format!("{}.toml", template.name));
@@ -77,8 +78,7 @@ impl New {
                 outln!("{}", schema.display());
             }
         }
-        let name = case.display().to_string();
-        let name = if name.contains(char::is_whitespace) { format!("\"{name}\"") } else { name };
+        let name = as_word(&case);
         outln!("\nsee what it will be with `sazanami check {name}`, run it with `sazanami run {name}`");
         Ok(exit::DONE)
     }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use sazanami::case;
 use sazanami::error::CommandError;
+use sazanami::results::as_word;
 use sazanami::run::{RunOptions, RunSummary, run};
 use sazanami_parallel::{Processes, Sums};
 use sazanami_picture::Painter;
@@ -105,7 +106,7 @@ pub fn exit_code(summary: &RunSummary) -> u8 {
     }
     outln!("results in {}", summary.folder.display());
     if summary.interrupted {
-        outln!("go on with `sazanami resume {}`", summary.folder.display());
+        outln!("go on with `sazanami resume {}`", as_word(&summary.folder));
     }
     summary.exit_code()
 }

@@ -9,6 +9,7 @@ use sazanami::check::bytes;
 use sazanami::error::{CommandError, exit};
 use sazanami::machine::Machine;
 use sazanami::progress::Progress as _;
+use sazanami::results::as_word;
 use sazanami_picture::Painter;
 use sazanami_sweep::{Outcome, Plan, SideBySide, TABLE};
 
@@ -82,7 +83,7 @@ impl Sweep {
         if self.slurm {
             let path = sweep.write_slurm(&program, asked, threads.unwrap_or(1))?;
             outln!("wrote {}", path.display());
-            outln!("start it with `sbatch {}`", path.display());
+            outln!("start it with `sbatch {}`", as_word(&path));
             return Ok(exit::DONE);
         }
         let outcome = if self.collect {

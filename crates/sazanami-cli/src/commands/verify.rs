@@ -15,7 +15,7 @@ use sazanami_verification::verify::{self, Choice};
 
 use super::print_json;
 use super::run::of_this_program;
-use crate::terminal::Screen;
+use crate::terminal::{self, Screen};
 use crate::words;
 
 /// Run cases with known results.
@@ -23,7 +23,8 @@ use crate::words;
 #[command(
     long_about = "Run cases with known results and judge what they measure: value, reference, band and verdict. All of it takes \
                   about 40 minutes on two cores; --long adds what takes longer. Exit code 0 if nothing is worse than recorded in \
-                  verification/<case>/expected.toml, 1 on a regression or a miss that is not recorded there.",
+                  verification/<case>/expected.toml, 1 on a regression or a miss that is not recorded there. Ctrl-C ends the \
+                  runs of cases: those judged until then are told, with exit code 130.",
     after_help = "Example:\n  sazanami verify layers-at-rest falling-drop --json"
 )]
 pub struct Verify {
@@ -45,7 +46,7 @@ pub struct Verify {
     /// Write values, page and figure of each case to DIR/<case>
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Take case.toml, reference.csv and expected.toml from DIR/<case> where they are there
+    /// Take case.toml, reference.csv and expected.toml from DIR/<case> where they are there: of one case at least
     #[arg(long, value_name = "DIR")]
     expected: Option<PathBuf>,
     /// Cases at a time, each on one thread (default: one for each processor)
@@ -59,30 +60,48 @@ impl Verify {
             return self.print_list();
         }
         let Self { names, long, subset, json, out, expected, jobs, .. } = self;
+        if let Some(folder) = &out {
+            page::make_ready(folder).map_err(|error| {
+                CommandError::input(
+                    format!("nothing can be written to `{}`: {error}", folder.display()),
+                    "choose another folder with --out",
+                )
+            })?;
+        }
+        let stop = terminal::stop_on_signals_for("ending the runs of cases; once more ends at once", "ended at once")?;
         let mut screen = Screen::new();
         let mut choice = Choice { names, long, subset, expected, jobs };
+        let chosen = verify::count(CASES, &choice)?;
         let found = match processes {
             Some(processes) => {
                 let options = RunOptions { processes: Some(processes.clone()), ..of_this_program() };
                 // Cases at a time on each rank, by the processors that are its share.
                 let [_, threads] = workers::of_options(&options)?;
                 choice.jobs = if jobs == 0 { threads } else { jobs };
-                verify::verify_on(processes, CASES, &choice, &mut screen)?
+                verify::verify_on(processes, CASES, &choice, &mut screen, &stop)?
             }
-            None => verify::verify(CASES, &choice, &mut screen)?,
+            None => verify::verify(CASES, &choice, &mut screen, &stop)?,
         };
         drop(screen);
-        if let Some(folder) = out {
-            for case in found.iter().filter(|case| !case.outcome.values.is_empty()) {
-                page::write_case(&folder, case.name, &case.expected, &case.outcome)
-                    .map_err(|error| CommandError::Undone(format!("{}: {error}", folder.display())))?;
+        let mut unwritten = Ok(());
+        for case in found.iter().filter(|case| !case.outcome.values.is_empty()) {
+            if let Some(folder) = &out {
+                let written = page::write_case(folder, case.name, &case.expected, &case.outcome);
+                unwritten = unwritten.and(written.map_err(|error| CommandError::Undone(error.to_string())));
             }
         }
+        let judged = found.len();
         let rows: Vec<Row> = found.into_iter().flat_map(|case| case.rows).collect();
         if json {
             print_json(&super::json(&rows)?);
         } else {
             out!("{}", verify::table(&rows));
+        }
+        // The table is told first: what was computed is not lost with a page.
+        unwritten?;
+        if let Some(cause) = stop.cause().filter(|_| judged < chosen) {
+            terminal::print_error(format_args!("stopped by {cause}: {judged} of {chosen} cases had been judged"));
+            return Ok(exit::STOPPED);
         }
         Ok(if rows.iter().any(|row| row.verdict.is_bad()) { exit::FAILED } else { exit::DONE })
     }

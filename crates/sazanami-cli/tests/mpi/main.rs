@@ -185,3 +185,20 @@ fn verification_and_benchmarks_are_shared() {
     assert_eq!(refused.status.code(), Some(2));
     assert!(text(&refused.stderr).contains("name benchmarks that ranks share: case_step"), "{}", text(&refused.stderr));
 }
+
+/// Whatever rank a case comes to, it is posed and judged by the folder that the command names.
+#[test]
+fn every_rank_takes_cases_from_the_folder() {
+    let folder = cases();
+    let cases = ["restitution", "bouncing"];
+    for case in cases {
+        std::fs::create_dir_all(folder.path().join("own").join(case)).expect("it can be written to");
+        std::fs::write(folder.path().join("own").join(case).join("case.toml"), "unknown = 1\n").expect("a file");
+    }
+    for (more, failed) in [(&["--expected", "own"][..], 2), (&[], 0)] {
+        let output = run(folder.path(), 2, &[&["verify"][..], &cases, more].concat());
+        let told = text(&output.stdout);
+        assert_eq!(told.matches("unknown key").count(), failed, "{told}");
+        assert!(text(&output.stderr).contains("on another rank"), "{}", text(&output.stderr));
+    }
+}

@@ -80,7 +80,8 @@ impl Interactions {
     }
 
     /// How far from its surface something else than a touch may act on a grain, beside another that reaches as far as its own asks \[m].
-    pub(crate) fn margin(&self, body: &Body, scale: Real) -> Real {
+    #[must_use]
+    pub fn margin(&self, body: &Body, scale: Real) -> Real {
         let bridge = self.bridge.map_or(0.0, |bridge| bridge.margin(body.volume_radius * scale));
         // Balls alone have films.
         let film = if body.is_ball() { 0.5 * self.reach().of(body.radii[0] * scale) } else { 0.0 };

@@ -8,7 +8,7 @@
 //! | `x1_m`, `x2_m`, `x3_m` | centre of mass; from the lower corner of the box where no `lower_m` stands |
 //! | `shape` | name of its shape; may be left out where all grains have the same |
 //! | `size_factor` | factor on the size of its shape, 1 if left out |
-//! | `q_w`, `q_x`, `q_y`, `q_z` | rotation from the frame of its shape as a quaternion, none if left out |
+//! | `q_w`, `q_x`, `q_y`, `q_z` | rotation from the principal axes of its shape as a quaternion, none if left out (those of a mesh need not be the axes it was drawn in) |
 //! | `held` | 1 for a grain that is glued to the floor, 0 if left out |
 //!
 //! Numbers are written so that they are read back to the last bit.

@@ -7,11 +7,11 @@ use thiserror::Error;
 
 use super::ElementType;
 
-/// Why a checkpoint could not be written or read.
+/// Why a checkpoint, or another file of its format, could not be written or read.
 #[derive(Debug, Error)]
 pub enum CheckpointError {
     /// The file system refused.
-    #[error("cannot write checkpoint {path}: {source} (earlier checkpoints are untouched)", path = path.display())]
+    #[error("cannot write {path}: {source} (what was there before is untouched)", path = path.display())]
     Write {
         /// File to be written.
         path: PathBuf,

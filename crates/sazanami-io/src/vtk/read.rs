@@ -92,11 +92,11 @@ impl VtkFile {
         Self::of(path, bytes, &end)
     }
 
-    /// The time \[s] in the file at `path`, from its beginning and its end alone; `None` if it states none.
+    /// The header of the file at `path`, and of its arrays what stands in its first kilobytes.
     ///
     /// # Errors
     /// If it cannot be read or is none.
-    pub fn time_in(path: &Path) -> Result<Option<f64>, ReadError> {
+    pub fn beginning(path: &Path) -> Result<Self, ReadError> {
         let parts = || -> io::Result<(Vec<u8>, Vec<u8>)> {
             refuse_special(path)?;
             let mut file = File::open(path)?;
@@ -108,7 +108,15 @@ impl VtkFile {
             Ok((beginning, end))
         };
         let (beginning, end) = parts().map_err(|source| ReadError::File { path: path.to_owned(), source })?;
-        let file = Self::of(path, beginning, &end)?;
+        Self::of(path, beginning, &end)
+    }
+
+    /// The time \[s] in the file at `path`, from its beginning and its end alone; `None` if it states none.
+    ///
+    /// # Errors
+    /// If it cannot be read or is none.
+    pub fn time_in(path: &Path) -> Result<Option<f64>, ReadError> {
+        let file = Self::beginning(path)?;
         if !file.has("TimeValue") {
             return Ok(None);
         }

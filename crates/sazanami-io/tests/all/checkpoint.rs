@@ -251,5 +251,5 @@ fn a_folder_that_cannot_be_written_is_an_error_that_names_the_file() {
     let CheckpointError::Write { path, source } = &error else { panic!("{error}") };
     assert_eq!(*path, checkpoints.path_of(1));
     assert_eq!(source.kind(), io::ErrorKind::NotADirectory);
-    assert!(error.to_string().contains("earlier checkpoints are untouched"));
+    assert!(error.to_string().contains("what was there before is untouched"));
 }

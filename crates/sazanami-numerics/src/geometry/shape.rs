@@ -9,7 +9,7 @@ use super::{
     ContactSphereRule, ContactSpheres, Cylinder, Exact, MassProperties, MeshError, MeshQuality, Spheroid, SpheroidMesh,
     SurfaceMesh, TetrahedralMesh, VolumeRule, box_mesh, cylinder_mesh, sphere_mesh, spheroid_mesh,
 };
-use crate::{Matrix, Real, Vector};
+use crate::{Matrix, Quaternion, Real, Vector};
 
 /// A rigid body's geometry, per unit density.
 #[derive(Clone, Debug, PartialEq)]
@@ -297,6 +297,12 @@ impl Shape {
     #[must_use]
     pub fn source_frame(&self) -> (Vector, Matrix) {
         (self.origin, self.axes)
+    }
+
+    /// Rotation of the body frame with which the shape lies as its mesh was given.
+    #[must_use]
+    pub fn drawn(&self) -> Quaternion {
+        if self.axes == Matrix::IDENTITY { Quaternion::IDENTITY } else { Quaternion::from_mat3(&self.axes) }
     }
 
     /// Quality of the mesh and its distance from the exact shape.

@@ -219,6 +219,7 @@ pub fn factors(population: &Population, count: usize) -> Vec<Real> {
         // One from each part of the curve: the rare large grains are as many as it says.
         SizeDistribution::Sieves(sieves) => sieved(sieves, (n as Real + random.unit()) / count as Real),
         SizeDistribution::Uniform { lower, upper } => random.between(*lower, *upper),
+        SizeDistribution::Lognormal { lower, upper, .. } if lower == upper => *lower,
         SizeDistribution::Lognormal { median, sigma, lower, upper } => loop {
             // Box and Muller (1958).
             let normal = (-2.0 * (1.0 - random.unit()).ln()).sqrt() * (2.0 * PI * random.unit()).cos();
@@ -250,16 +251,18 @@ fn sieved(sieves: &[Sieve], part: Real) -> Real {
     Fraction::of(sieves).last().map_or(1.0, |fraction| fraction.factor(1.0))
 }
 
-/// Grains that have a place from the start: listed, on a lattice, or from a bed file.
-pub fn placed(case: &Case, beds: &[Option<Bed>]) -> Vec<Grain> {
+/// Grains that have a place from the start: listed, on a lattice, or from a bed file. Listed ones and those of a lattice lie as their `shapes`
+/// were given, then turned as the case says.
+pub fn placed(case: &Case, shapes: &[Shape], beds: &[Option<Bed>]) -> Vec<Grain> {
     let mut all = Vec::new();
     for (number, population) in case.grains.iter().enumerate() {
         let make = |index: usize, scale: Real| member(case, number, index, scale);
+        let drawn = shapes.get(number).map_or(Quaternion::IDENTITY, Shape::drawn);
         match &population.placement {
             GrainPlacement::Packed(_) | GrainPlacement::Fed(_) => {}
             GrainPlacement::List(list) => all.extend(list.iter().enumerate().map(|(index, grain)| Grain {
                 position: grain.position,
-                orientation: grain.orientation,
+                orientation: grain.orientation * drawn,
                 velocity: grain.velocity,
                 angular_velocity: grain.angular_velocity,
                 motion: motion(case, population, grain.motion),
@@ -275,7 +278,7 @@ pub fn placed(case: &Case, beds: &[Option<Bed>]) -> Vec<Grain> {
                     let place = [index % n1, index / n1 % n2, index / (n1 * n2)];
                     let cell = Vector::new(place[0] as Real, place[1] as Real, place[2] as Real) + 0.5;
                     let shake = Vector::from_array(std::array::from_fn(|_| random.between(-1.0, 1.0)));
-                    let turn = if lattice.random_orientation { random.orientation() } else { Quaternion::IDENTITY };
+                    let turn = if lattice.random_orientation { random.orientation() } else { drawn };
                     all.push(Grain {
                         position: lattice.lower + pitch * (cell + lattice.jitter * shake),
                         orientation: turn,
@@ -348,8 +351,8 @@ pub fn to_pack(case: &Case) -> Option<(PackingSettings, Vec<Grain>)> {
 }
 
 /// As [`placed`], but grains whose motion is prescribed wait at rest for the run to begin: [`set_in_motion`].
-pub fn waiting(case: &Case, beds: &[Option<Bed>]) -> Vec<Grain> {
-    let mut all = placed(case, beds);
+pub fn waiting(case: &Case, shapes: &[Shape], beds: &[Option<Bed>]) -> Vec<Grain> {
+    let mut all = placed(case, shapes, beds);
     for grain in all.iter_mut().filter(|grain| grain.motion == Motion::Prescribed) {
         (grain.velocity, grain.angular_velocity) = (Vector::ZERO, Vector::ZERO);
     }

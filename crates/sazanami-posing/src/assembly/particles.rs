@@ -444,7 +444,8 @@ mod tests {
         let case = sazanami_case::parse(Path::new("c.toml"), &text, &[]).expect("the case is complete").case;
         let shapes: Vec<_> = case.grains.iter().map(|p| super::super::shapes::shape_of(p).expect("a sphere")).collect();
         let domain = super::super::shared::domain(&case, Box::<sazanami_parallel::Solo>::default()).expect("one rank");
-        let engine = sazanami_dem::Engine::new(&domain, setup(&case, &shapes), &grains::placed(&case, &[None]));
+        let engine =
+            sazanami_dem::Engine::new(&domain, setup(&case, &shapes), &grains::placed(&case, &shapes, &[None]));
         let mut phase = OverlappingGrains::new(&domain, engine.expect("sound grains"), coupling(&case));
         phase.place(&domain, &case.tank());
         let fluid = fill(&case, &domain, &phase, 0.0).particles;

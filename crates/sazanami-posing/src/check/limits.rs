@@ -1,6 +1,6 @@
 //! The step at the start: speeds that can be expected, the limits that follow from them, sub-steps and steps.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 use sazanami_dem::impact::ImpactErrors;
 use sazanami_mics::stability::{
@@ -16,6 +16,7 @@ use sazanami_numerics::mean_flow::ActsBy;
 use sazanami_numerics::{Real, Vector};
 
 use super::reached;
+use super::slowing::Slowing;
 use super::substeps::{contact_step, impact_errors, mean_of_step, of_step};
 use super::volumes::volume_within;
 use super::{LimitReport, PopulationReport, TankReport};
@@ -46,6 +47,10 @@ pub(crate) enum Cause {
     Grains(usize),
 }
 
+/// Limits that the fluid on a grid keeps in a fixed step by several passes.
+pub(crate) const OF_PASS: [GridLimit; 4] =
+    [GridLimit::Advective, GridLimit::Viscous, GridLimit::Capillary, GridLimit::InterfaceViscosity];
+
 /// Length of the time step and number of steps, estimated from the initial state of a case.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Pace {
@@ -74,8 +79,12 @@ impl Pace {
     pub fn at_start(case: &Case, populations: &[PopulationReport]) -> Self {
         let given = given_speeds(case);
         let pace = Self::at(case, populations, largest(&given));
-        let slowing: Vec<Option<Slowing>> =
-            given.iter().map(|(cause, speed)| Slowing::of(case, *cause, *speed)).collect();
+        let stirs = stirs(case);
+        let slowing = given.iter().map(|(cause, speed)| match cause {
+            Cause::Liquid(n) if stirs => Slowing::of(case, *n, *speed),
+            _ => None,
+        });
+        let slowing: Vec<Option<Slowing>> = slowing.collect();
         if case.solver != Solver::Mics || slowing.iter().all(Option::is_none) {
             return pace;
         }
@@ -106,7 +115,7 @@ impl Pace {
             stable.push((to, of_grid.min(longest_in_swing(case).unwrap_or(Real::INFINITY))));
             from = to;
         }
-        StepEnds::of(case).steps(until, &stable, asked_steps(case))
+        StepEnds::foretold(case).steps(until, &stable, asked_steps(case))
     }
 
     /// The pace at the speeds that are reached: liquids fall, the tank makes these waves, grains fall, and the fluid
@@ -133,17 +142,18 @@ impl Pace {
         }));
         limits.retain(|limit| !limit.dt_s.is_nan() && limit.dt_s != Real::INFINITY);
         let stable = limits.iter().map(|limit| limit.dt_s).reduce(Real::min).unwrap_or(case.run.until);
-        let ends = StepEnds::of(case);
+        let ends = StepEnds::foretold(case);
         let first = ends.next_after(0.0).map_or(stable, |due| towards(due, stable));
         if fixed.is_none() && first < stable {
-            limits.push(limit(OUTPUT, first, "steps end where outputs and checkpoints are due"));
+            let rule =
+                "steps end where outputs, checkpoints, grains to be fed in or let go, gates and softer springs are due";
+            limits.push(limit(OUTPUT, first, rule));
         }
         limits.sort_by(|a, b| a.dt_s.total_cmp(&b.dt_s));
         let ruling = fixed.map_or(0, |name| limits.iter().position(|limit| limit.name == name).unwrap_or(0));
         let dt = limits.get(ruling).map_or(case.run.until, |limit| limit.dt_s);
-        let of_pass = [GridLimit::Advective, GridLimit::Viscous, GridLimit::Capillary, GridLimit::InterfaceViscosity]
-            .map(GridLimit::name);
-        let in_pass = limits.iter().filter(|limit| of_pass.contains(&limit.name)).map(|limit| limit.dt_s);
+        let in_pass = limits.iter().filter(|limit| OF_PASS.map(GridLimit::name).contains(&limit.name));
+        let in_pass = in_pass.map(|limit| limit.dt_s);
         let pass = in_pass.fold(Real::INFINITY, Real::min);
         let in_passes = case.solver == Solver::Mics && fixed.is_some();
         let passes = if in_passes { ((dt / pass).ceil() as usize).max(1) } else { 1 };
@@ -173,34 +183,34 @@ pub(crate) fn strongest_force(case: &Case) -> Real {
 
 /// The same with this drive.
 fn strongest(case: &Case, drive: Option<Drive>) -> Real {
-    let swing = swing(case).map_or(Vector::ZERO, |(amplitude, frequency)| amplitude * (TAU * frequency).powi(2));
     let driven = drive.and_then(|drive| drive.oscillation).map_or(Vector::ZERO, |swing| swing.amplitude);
     let resting = case.resting_gravity() + drive.map_or(Vector::ZERO, |drive| drive.acceleration);
-    let at_worst = [swing + driven, swing - driven].map(|by| (resting + by).length().max((resting - by).length()));
-    let recorded = peaks(case).map_or(0.0, |[_, acceleration]| resting.length() + acceleration.value);
-    at_worst[0].max(at_worst[1]).max(recorded)
+    let by = |(amplitude, frequency): (Vector, Real)| amplitude * (TAU * frequency).powi(2);
+    let [moved, shaken] = swings(case).map(|swing| swing.map_or(Vector::ZERO, by));
+    let peak = peaks(case).map_or(Vector::ZERO, |[_, acceleration]| case.tank_at(acceleration.time)[2]);
+    let together = |moved: Vector| [shaken + driven, shaken - driven].map(|by| [moved + by, moved - by]);
+    let ways = [moved, peak].into_iter().flat_map(|moved| together(moved).into_iter().flatten());
+    ways.map(|by| (resting + by).length().max((resting - by).length())).fold(0.0, Real::max)
 }
 
-/// Largest speed [m/s] and acceleration [m/s^2] of a tank that moves as recorded.
+/// Largest speed [m/s] and acceleration [m/s^2] of a tank that moves as recorded, or of the rise of one that moves by a formula.
 pub(super) fn peaks(case: &Case) -> Option<[Peak; 2]> {
-    case.frame.as_ref()?.motion.as_ref()?.peaks()
+    Some(case.frame.as_ref()?.motion.as_ref()?.peaks(case.run.until))
 }
 
-/// Amplitude \[m] and frequency \[Hz] of the strongest harmonic in which the tank or its frame swings.
-fn swing(case: &Case) -> Option<(Vector, Real)> {
-    let frame = case.frame.as_ref()?;
+/// Amplitude \[m] and frequency \[Hz] of the strongest harmonic in which the tank moves, and of that in which its frame is accelerated.
+fn swings(case: &Case) -> [Option<(Vector, Real)>; 2] {
+    let Some(frame) = case.frame.as_ref() else { return [None; 2] };
     let moved = frame.motion.as_ref().and_then(TankMotion::harmonic);
-    moved.or_else(|| {
-        let by = frame.oscillation?;
-        Some((by.stroke(), by.frequency))
-    })
+    [moved, frame.oscillation.map(|by| (by.stroke(), by.frequency))]
 }
 
-/// Amplitude \[m] and frequency \[Hz] of the water far from the bed against the box: as the frame or the drive swings, whichever is faster.
+/// Amplitude \[m] and frequency \[Hz] of the water far from the bed against the box: as the tank, its frame or the drive swings, whichever is
+/// fastest.
 pub(super) fn swing_of_water(case: &Case) -> Option<(Vector, Real)> {
     let driven = case.drive.and_then(|drive| drive.oscillation).map(|swing| (swing.stroke(), swing.frequency));
     let speed = |(amplitude, frequency): &(Vector, Real)| amplitude.length() * frequency;
-    swing(case).into_iter().chain(driven).max_by(|a, b| speed(a).total_cmp(&speed(b)))
+    swings(case).into_iter().flatten().chain(driven).max_by(|a, b| speed(a).total_cmp(&speed(b)))
 }
 
 /// The flow that carries the liquid in place of one that is solved for.
@@ -248,7 +258,7 @@ fn largest_on(domain: &BoxDomain, velocity: impl Fn(Vector) -> Vector) -> Vector
 
 /// Whether liquid moves through gas from the start: the projection of the first velocities then makes the gas go round
 /// it, about as fast and in more than one direction at once.
-fn stirs(case: &Case) -> bool {
+pub(super) fn stirs(case: &Case) -> bool {
     let moves = |liquid: &LiquidRegion| liquid.velocity != Vector::ZERO;
     carrying_flow(case).is_none() && case.liquids.iter().any(|liquid| moves(liquid) && !fills(case, liquid))
 }
@@ -273,58 +283,6 @@ fn has_interface(case: &Case) -> bool {
         }
     });
     both
-}
-
-/// A liquid that falls on a bed. Up to the impact the largest speed is 1.7 times its own `U`, that of the gas round it. A time `t` after it, that
-/// of jets and spray, it is about `k U (U t/D)^(-1/2)` for a diameter `D`, 3 U at most, with `k = 1.3 (D/14 dx)^(1/2) (Re/12500)^(1/5)`, from 1 to 4:
-/// the finer the cells and the larger the Reynolds number `U D/nu`, the faster the spray. Fitted to the steps of ten runs of the paper's drops at
-/// 2.25 to 9 m/s with 14 and 29 cells to the diameter. In the end it is that of what falls through the box.
-#[derive(Clone, Copy, Debug)]
-struct Slowing {
-    /// Time in which the liquid moves by its diameter, that of a sphere of its volume \[s].
-    passing: Real,
-    /// The factor `k`.
-    spray: Real,
-    /// Time to the impact, with that in which a long liquid arrives \[s].
-    before: Real,
-    /// Speed of what falls through the box over that of the liquid.
-    least: Real,
-}
-
-impl Slowing {
-    /// That of a liquid that falls on grains of the case with a given `speed` [m/s].
-    fn of(case: &Case, cause: Cause, speed: Vector) -> Option<Self> {
-        let Cause::Liquid(n) = cause else { return None };
-        let (liquid, speed) = (&case.liquids[n], speed.length());
-        let falls = liquid.velocity.z < 0.0 && liquid.velocity.z.abs() >= liquid.velocity.abs().max_element();
-        if !falls || case.grains.is_empty() || case.periodic()[2] || !stirs(case) {
-            return None;
-        }
-        let diameter = (6.0 / PI * volume_within(case, liquid)?).cbrt();
-        let [low, high] = liquid.region.heights();
-        let gap = match liquid.placement {
-            Placement::Absolute(position) => position.z + low - case.domain.lower.z,
-            Placement::AboveBed { height, to_bottom: true, .. } => height,
-            Placement::AboveBed { height, to_bottom: false, .. } => height + low,
-        };
-        let fluid = &case.fluid.liquid;
-        let fall = (2.0 * case.resting_gravity().length() * case.domain.extent().z).sqrt();
-        let before = (gap + high - low - diameter).max(0.0) / speed;
-        (diameter > 0.0 && before.is_finite()).then(|| Self {
-            passing: diameter / speed,
-            spray: 1.3
-                * (diameter / (14.0 * case.domain.spacing().max_element())).sqrt()
-                * (speed * diameter * fluid.density / (12_500.0 * fluid.viscosity)).powf(0.2),
-            before,
-            least: (fall / speed).min(1.0),
-        })
-    }
-
-    /// Largest speed at a `time` \[s] over that of the liquid.
-    fn at(self, time: Real) -> Real {
-        let after = (time - self.before) / self.passing;
-        if after < 0.0 { 1.7 } else { (self.spray.clamp(1.0, 4.0) / after.sqrt()).clamp(self.least, 3.0) }
-    }
 }
 
 /// Steps after which a run ends in any case.
@@ -362,7 +320,7 @@ pub(crate) fn speeds(case: &Case, tank: Option<&TankReport>) -> Vec<(Cause, Vect
 }
 
 /// Speed of a liquid that falls and spreads [m/s]: that of its fall, and along the floor that of the front of a dam break
-/// (Ritter 1892), twice the speed of long waves of its height, where there is room for it.
+/// (Ritter 1892), twice the speed of long waves of its height, where there is room for it, or of its way down a slope.
 fn collapse(case: &Case, liquid: &LiquidRegion) -> Vector {
     let (extent, gravity) = (case.domain.extent(), case.resting_gravity().length());
     let fall = fall_of(case, liquid);
@@ -371,7 +329,15 @@ fn collapse(case: &Case, liquid: &LiquidRegion) -> Vector {
         _ => true,
     };
     let front = |d: usize| if is_free(d) { 2.0 * (gravity * fall).sqrt() } else { 0.0 };
-    Vector::new(front(0), front(1), (2.0 * gravity * fall).sqrt())
+    let along = |d: usize| front(d).max((2.0 * gravity * slide_of(case, liquid, d)).sqrt());
+    Vector::new(along(0), along(1), (2.0 * gravity * fall).sqrt())
+}
+
+/// Height through which a liquid will move along a direction, from 0, in which gravity slants, until its surface is level \[m].
+fn slide_of(case: &Case, liquid: &LiquidRegion, d: usize) -> Real {
+    let (gravity, length) = (case.resting_gravity().abs(), case.domain.extent()[d]);
+    let stays = case.periodic()[d] || matches!(liquid.placement, Placement::AboveBed { .. }) || fills(case, liquid);
+    if stays || gravity[d] == 0.0 { 0.0 } else { length * (gravity[d] / gravity.z).min(1.0) }
 }
 
 /// Speed of the water in the waves of its tank, or in a frame that swings [m/s].

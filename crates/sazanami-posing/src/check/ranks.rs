@@ -137,7 +137,7 @@ fn fullest(
 ) -> Option<Real> {
     let mut held = vec![0.0; ranks];
     let spacing = grid.spacing;
-    for grain in grains::placed(case, beds) {
+    for grain in grains::placed(case, &[], beds) {
         let cell = (grain.position - grid.lower) / spacing;
         let lies_in = |rank: &usize| {
             let (start, size) = cut.part(*rank);

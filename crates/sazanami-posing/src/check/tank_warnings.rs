@@ -11,7 +11,7 @@ use super::limits::swing_of_water;
 use super::number;
 use super::volumes::levelled;
 use super::waves::tank;
-use crate::case::meaning::{Case, LiquidRegion, ProbePlace, Solver};
+use crate::case::meaning::{Case, LiquidRegion, ProbePlace, Solver, TankMotion};
 use crate::case::units::rounded;
 use crate::case::{Diagnostics, LoadedCase};
 
@@ -78,7 +78,7 @@ const PEAKED: Real = 4.0;
 /// Peaks of a recorded motion, which a reading that is off makes.
 fn warn_of_peaks(loaded: &LoadedCase, report: &mut Diagnostics) {
     let motion = loaded.case.frame.as_ref().and_then(|frame| frame.motion.as_ref());
-    let Some((motion, [_, peak])) = motion.and_then(|motion| Some((motion, motion.peaks()?))) else { return };
+    let Some(motion @ TankMotion::File { peaks: [_, peak], .. }) = motion else { return };
     let regular =
         motion.harmonic().map_or(0.0, |(amplitude, frequency)| amplitude.length() * (TAU * frequency).powi(2));
     if peak.value > PEAKED * regular {

@@ -10,7 +10,9 @@ use super::substeps::longest_substep;
 use super::{BedReport, CheckReport, ImpactReport, RanksReport, SubstepCause, TankReport, bytes, number};
 use crate::assembly::grains::wet_interactions;
 use crate::case::amounts::{self, estimate, length, time};
-use crate::case::meaning::{Case, Exchange, GrainPlacement, GrainShape, RunEnd, SIDE_NAMES, Substeps};
+use crate::case::meaning::{
+    BoundarySide, Case, Exchange, GrainPlacement, GrainShape, Population, RunEnd, SIDE_NAMES, Substeps,
+};
 use crate::case::units::rounded;
 
 /// Limits of the step beyond this are not told \[s].
@@ -365,17 +367,23 @@ fn cost(text: &mut String, case: &Case, report: &CheckReport) {
     if report.made_ready {
         let _ = writeln!(text, "note          the tank was prepared before: nothing is packed");
     }
-    let open: Vec<&str> = (0..3)
-        .flat_map(|d| [(d, 0), (d, 1)])
-        .filter(|&(d, upper)| case.boundary[d][upper].is_open() && !case.holds_grains(d, upper))
-        .map(|(d, upper)| SIDE_NAMES[d][upper])
-        .collect();
-    if !open.is_empty() && !case.grains.is_empty() && !case.walls_move() {
-        let _ = writeln!(
-            text,
-            "note          grains leave through {}: they are counted (`departed_grains`)",
-            open.join(", ")
-        );
+    let unwalled = |is_open: bool| {
+        let sides = (0..3).flat_map(|d| [(d, 0), (d, 1)]).filter(|&(d, upper)| !case.holds_grains(d, upper));
+        let sides = sides.filter(|&(d, upper)| case.boundary[d][upper] != BoundarySide::Periodic);
+        let sides = sides.filter(|&(d, upper)| case.boundary[d][upper].is_open() == is_open);
+        sides.map(|(d, upper)| SIDE_NAMES[d][upper]).collect::<Vec<_>>().join(", ")
+    };
+    if case.grains.iter().any(Population::moves) && !case.walls_move() {
+        let (open, closed) = (unwalled(true), unwalled(false));
+        if !open.is_empty() {
+            let _ = writeln!(text, "note          grains leave through {open}: they are counted (`departed_grains`)");
+        }
+        if !closed.is_empty() {
+            let _ = writeln!(
+                text,
+                "note          grains that get through {closed} end the run: `dem.grain_walls` leaves it out, and it is closed to the fluid"
+            );
+        }
     }
     if case.has_bed() {
         let _ =

@@ -12,6 +12,10 @@ use crate::assembly::grains;
 use crate::assembly::wetted::PlacedLiquids;
 use crate::case::meaning::{Case, GrainPlacement, LiquidRegion, Placement, Population, Region};
 
+/// Solid fraction of a levelled bed of spheres from the floor to half a grain below its level: of the two beds of `cases/ripples`, ten
+/// grains high.
+const LEVELLED: Real = 0.569;
+
 /// Cells along each edge of a region without a formula: its volume is then known to about a thousandth.
 const CELLS: usize = 24;
 
@@ -69,7 +73,7 @@ pub(super) fn displaced(case: &Case, shapes: &[ShapeFacts]) -> Vec<Real> {
     let bed = bed_top(case, shapes);
     let liquids = PlacedLiquids::of(case, bed);
     let mut displaced = vec![0.0; case.liquids.len()];
-    for grain in grains::placed(case, &vec![None; case.grains.len()]) {
+    for grain in grains::placed(case, &[], &vec![None; case.grains.len()]) {
         let population = &case.grains[grains::population_of(grain.id).0];
         let volume = population.shape.volume().unwrap_or_default() * grain.scale.powi(3);
         for (liquid, part) in liquids.parts(grain.position, (6.0 * volume / PI).cbrt()) {
@@ -98,6 +102,7 @@ pub(crate) fn levelled(case: &Case, population: &Population) -> Option<usize> {
     let size = population.shape.size()? * population.sizes().mean();
     let volume = population.shape.volume()? * population.sizes().mean_cube();
     let extent = case.domain.extent();
-    let solid = PACKED_SPHERES * extent.x * extent.y * (how.level? - size).max(0.0);
+    let below = how.level? - size;
+    let solid = if below < 0.0 { 0.0 } else { LEVELLED * extent.x * extent.y * (below + 0.5 * size) };
     Some(((solid / volume).round() as usize).min(population.count.unwrap_or(usize::MAX)))
 }

@@ -5,6 +5,9 @@ use std::f64::consts::{PI, TAU};
 use sazanami_numerics::Real;
 use serde::Serialize;
 
+use super::ShapeFacts;
+use super::volumes::bed_top;
+use crate::bed_shapes::factors_in_bed;
 use crate::case::meaning::{BoundarySide, Case, FluidName, GrainPlacement, LiquidRegion};
 
 /// Waves in a tank that is shaken along x1 or x2, by linear theory: from the bed or the floor up, without friction.
@@ -38,13 +41,14 @@ pub struct TankReport {
 /// they are highest.
 pub(crate) fn tank(case: &Case) -> Option<TankReport> {
     let (amplitude, frequency) = super::limits::swing_of_water(case)?;
-    let waves = (0..2).filter_map(|axis| waves_along(case, axis, amplitude[axis].abs(), frequency));
+    let shaken = (0..2).filter(|&axis| amplitude[axis] != 0.0);
+    let waves = shaken.filter_map(|axis| waves_along(case, axis, amplitude[axis].abs(), frequency));
     waves.max_by(|a, b| a.largest_elevation.total_cmp(&b.largest_elevation))
 }
 
 /// Waves along a direction with end walls, from 0, in which the tank is shaken by an amplitude \[m] at a frequency \[Hz].
 fn waves_along(case: &Case, axis: usize, amplitude: Real, frequency: Real) -> Option<TankReport> {
-    let modes = Modes::along(case, axis, frequency).filter(|_| amplitude != 0.0)?;
+    let modes = Modes::along(case, axis, frequency)?;
     let omega = TAU * frequency;
     let k = wavenumber(omega, case.gravity.length(), modes.depth);
     let places = (0..=200).map(|n| 0.5 * modes.length * Real::from(n) / 200.0);
@@ -80,12 +84,14 @@ pub(super) struct Modes {
 }
 
 impl Modes {
-    /// Of a direction, from 0, with end walls, at a frequency \[Hz].
+    /// Of a direction, from 0, with end walls, at a frequency \[Hz]; `None` without water, or without gravity, in which no waves run.
     pub(super) fn along(case: &Case, axis: usize, frequency: Real) -> Option<Self> {
-        let closed = case.boundary[axis].iter().all(BoundarySide::is_wall);
-        let deep = (TAU * frequency).powi(2) / case.gravity.length();
-        let found = depth(case).map(|depth| Self { depth, length: case.domain.extent()[axis], deep });
-        found.filter(|_| closed)
+        let gravity = case.gravity.length();
+        if gravity == 0.0 || !case.boundary[axis].iter().all(BoundarySide::is_wall) {
+            return None;
+        }
+        let deep = (TAU * frequency).powi(2) / gravity;
+        depth(case).map(|depth| Self { depth, length: case.domain.extent()[axis], deep })
     }
 
     /// Sum over modes of `of(k_n, a_n w^2/(w_n^2 - w^2))`, where `a_n` is the coefficient of `x`.
@@ -114,16 +120,30 @@ impl Modes {
     }
 }
 
-/// Depth of the water above a bed that is levelled, or above the floor \[m].
+/// Depth of the water above the bed, or above the floor \[m].
 fn depth(case: &Case) -> Option<Real> {
     let liquids = case.liquids.iter().filter(|liquid| liquid.fluid == FluidName::Liquid);
     let level = liquids.filter_map(LiquidRegion::top).filter(|top| top.is_finite()).reduce(Real::max)?;
-    let bed = case.grains.iter().filter_map(|population| match &population.placement {
+    let depth = level - case.domain.lower.z - bed(case);
+    (depth > 0.0).then_some(depth)
+}
+
+/// Height of the bed above the floor: its level, or about that of its grains, which are counted in its file where that is there \[m].
+fn bed(case: &Case) -> Real {
+    let levels = case.grains.iter().filter_map(|population| match &population.placement {
         GrainPlacement::Packed(how) => how.level,
         _ => None,
     });
-    let depth = level - case.domain.lower.z - bed.fold(0.0, Real::max);
-    (depth > 0.0).then_some(depth)
+    levels.reduce(Real::max).unwrap_or_else(|| {
+        let facts = |n: usize| {
+            let cubes =
+                factors_in_bed(case, n).map(|factors| factors.iter().map(|factor| factor.powi(3)).sum::<Real>());
+            let bed_volume = cubes.zip(case.grains[n].shape.volume()).map(|(cubes, volume)| cubes * volume);
+            ShapeFacts { bed_volume, ..ShapeFacts::default() }
+        };
+        let shapes: Vec<ShapeFacts> = (0..case.grains.len()).map(facts).collect();
+        bed_top(case, &shapes) - case.domain.lower.z
+    })
 }
 
 /// Solution of `omega^2 = g k tanh(k h)` by Newton's method.

@@ -36,7 +36,7 @@ impl Search<'_> {
                 self.below_top(number, liquid, origin, Some(height), lying);
             }
             // A bubble may surround grains.
-            let bubble = above(liquid) && liquid.fluid == FluidName::Gas;
+            let bubble = liquid.fluid == FluidName::Gas;
             if !liquid.allow_touching_grains && !bubble {
                 self.clear_of_grains(number, liquid, origin, lying);
             }

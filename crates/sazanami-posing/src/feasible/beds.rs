@@ -6,6 +6,7 @@ use std::path::Path;
 use sazanami_io::bed::{Bed, BedGrain};
 use sazanami_numerics::Real;
 
+use crate::bed_shapes::{choose, shapes_of};
 use crate::case::meaning::{BedFile, GrainPlacement};
 use crate::case::units::rounded;
 use crate::case::{Diagnostics, LoadedCase};
@@ -61,11 +62,7 @@ fn deal(
         report.error(span(loaded, users[0]), format!("`{}` is no bed for a run", file.display())).label(label);
         return;
     }
-    let mut shapes: Vec<u32> = bed.grains.iter().map(|grain| grain.shape).collect();
-    shapes.sort_unstable();
-    shapes.dedup();
-    let named = |shape: u32| bed.recipe.shapes.get(shape as usize).cloned().unwrap_or(format!("shape {shape}"));
-    let names: Vec<String> = shapes.iter().map(|&shape| named(shape)).collect();
+    let (shapes, names) = shapes_of(bed);
     let wanted: Vec<&str> = users.iter().map(|&user| loaded.case.grains[user].name.as_str()).collect();
     let chosen = choose(&names, &wanted);
     let all = names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
@@ -95,18 +92,6 @@ fn deal(
         sizes_agree(loaded, user, &grains, report);
         beds[user] = Some(Bed { grains, recipe: bed.recipe.clone(), ..*bed });
     }
-}
-
-/// Index among the shapes called `names` of the one that each of the populations called `wanted` takes.
-fn choose(names: &[String], wanted: &[&str]) -> Vec<Option<usize>> {
-    if let ([_], [_]) = (names, wanted) {
-        return vec![Some(0)];
-    }
-    let by_name: Vec<_> = wanted.iter().map(|&name| names.iter().position(|known| known == name)).collect();
-    if names.len() == wanted.len() && by_name.iter().all(Option::is_none) {
-        return (0..names.len()).map(Some).collect();
-    }
-    by_name
 }
 
 /// Round-off of size factors.
@@ -144,22 +129,5 @@ fn count_agrees(loaded: &LoadedCase, population: usize, found: usize, report: &m
             .error(span, format!("`count` says {count}, the bed holds {found} grains of `{}`", kind.name))
             .label("the bed file gives the number by itself")
             .help("leave out `count`, or name another bed file");
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn shapes_go_to_populations_by_name_and_else_by_number() {
-        let names = |list: &[&str]| list.iter().map(|&name| name.to_owned()).collect::<Vec<_>>();
-        assert_eq!(choose(&names(&["sand"]), &["grit"]), [Some(0)]);
-        assert_eq!(choose(&names(&["sand", "grit"]), &["grit", "sand"]), [Some(1), Some(0)]);
-        assert_eq!(choose(&names(&["sand", "grit"]), &["a", "b"]), [Some(0), Some(1)]);
-        assert_eq!(choose(&names(&["sand", "grit"]), &["sand", "b"]), [Some(0), None]);
-        assert_eq!(choose(&names(&["sand", "grit"]), &["sand"]), [Some(0)]);
-        assert_eq!(choose(&names(&["sand", "grit"]), &["a"]), [None]);
-        assert_eq!(choose(&names(&["sand"]), &["a", "b"]), [None, None]);
     }
 }

@@ -1,11 +1,14 @@
 //! Grains that lie within each other.
 
+use std::collections::HashSet;
+
 use sazanami_dem::{DEEP_OVERLAP, LARGEST_OVERLAP};
 use sazanami_numerics::particles::BinIndex;
 use sazanami_numerics::{Real, Vector};
 
 use super::placed::{Origin, Placed, no_corners};
 use super::{MOST_ALIKE, Search};
+use crate::case::meaning::{GrainPlacement, LatticePlacement};
 
 /// Pairs with boxes that meet, for each grain, in which contact spheres are compared.
 const MOST_LOOKED_AT: usize = 100;
@@ -68,21 +71,31 @@ fn meeting(hulls: &mut [Hull], most: usize, mut visit: impl FnMut(&Hull, &Hull, 
 }
 
 impl Search<'_> {
-    /// Grains must not lie within each other.
-    pub(super) fn overlaps(&mut self, placed: &[Placed]) {
+    /// Grains must not lie within each other, nor within what lies across a periodic side.
+    pub(super) fn overlaps(&mut self, lying: &[Placed]) {
         // Grains larger than the box stick out of it, which is said already.
         let longest = self.case.domain.extent().length();
         let fits = |grain: &Placed| grain.factor * self.shapes[grain.population].bounding_radius() < longest;
-        let settled = |n: &usize| {
-            let grain = &placed[*n];
-            grain.slack == 0.0 && grain.origin != (Origin::Bed { relaxes: true }) && fits(grain)
-        };
-        let mut hulls: Vec<Hull> = (0..placed.len()).filter(settled).map(|n| self.hull(n, &placed[n])).collect();
+        let settled = |grain: &&Placed| grain.origin != (Origin::Bed { relaxes: true }) && fits(grain);
+        let mut placed: Vec<Placed> = lying.iter().filter(settled).copied().collect();
+        let own = placed.len();
+        placed.extend((0..own).flat_map(|n| self.images(&placed[n])).collect::<Vec<_>>());
+        let mut hulls: Vec<Hull> = placed.iter().enumerate().map(|(n, grain)| self.hull(n, grain)).collect();
         // More than this many pairs are counted no further: grains far too large for their places all overlap one another.
         let most = MOST_PAIRS + hulls.len();
         let (mut found, mut looked_at) = (Vec::new(), 0);
         let mut mine = (usize::MAX, Vec::new());
+        // Such grains stand where they are whatever they overlap.
+        let held_at_random = |hull: &Hull| {
+            let population = &self.case.grains[placed[hull.grain].population];
+            let is_random = |on: &LatticePlacement| on.jitter > 0.0 || on.random_orientation;
+            matches!(&population.placement, GrainPlacement::Lattice(on) if is_random(on))
+                && !population.has_free_grains()
+        };
         let outcome = meeting(&mut hulls, MOST_COMPARED * most, |a, b, shared| {
+            if held_at_random(a) && held_at_random(b) {
+                return true;
+            }
             looked_at += 1;
             if looked_at > MOST_LOOKED_AT * most {
                 return false;
@@ -100,17 +113,23 @@ impl Search<'_> {
             self.not_all_looked_at();
         }
         let at_least = if found.len() == most { "at least " } else { "" };
-        found.sort_by_key(|&(a, b, _)| (a, b));
+        // A pair of images is that of their grains.
+        let name = |n: usize| (placed[n].population, placed[n].index);
+        found.sort_by_cached_key(|&(a, b, _)| (a >= own, b >= own, a, b));
+        let mut seen = HashSet::new();
+        found.retain(|&(a, b, _)| name(a) != name(b) && seen.insert([name(a).min(name(b)), name(a).max(name(b))]));
         let of_beds =
             |&(a, b, _): &(usize, usize, Real)| [a, b].iter().all(|&n| matches!(placed[n].origin, Origin::Bed { .. }));
         let (within_beds, others): (Vec<_>, Vec<_>) = found.into_iter().partition(of_beds);
         for &(a, b, overlap) in others.iter().take(MOST_ALIKE) {
-            self.overlapping(
-                [&placed[a], &placed[b]],
-                overlap,
-                "",
-                "move one of the two: contacts are thin against grains",
-            );
+            let on_lattice =
+                |n: usize| matches!(self.case.grains[placed[n].population].placement, GrainPlacement::Lattice(_));
+            let help = if on_lattice(a) && on_lattice(b) {
+                "place fewer on the lattice, take less `jitter` or a larger block: contacts are thin against grains"
+            } else {
+                "move one of the two: contacts are thin against grains"
+            };
+            self.overlapping([&placed[a], &placed[b]], overlap, "", help);
         }
         if let Some(&(a, b, overlap)) = within_beds.iter().max_by(|a, b| a.2.total_cmp(&b.2)) {
             let more = match within_beds.len() {
@@ -144,6 +163,21 @@ impl Search<'_> {
         } else {
             self.report.warning(Some(span), title).label(label);
         }
+    }
+
+    /// A grain where periodic sides that it reaches through show it again.
+    fn images(&self, grain: &Placed) -> Vec<Placed> {
+        let (domain, Hull { lower, upper, .. }) = (&self.case.domain, self.hull(0, grain));
+        let mut images = vec![*grain];
+        for d in (0..3).filter(|&d| self.case.periodic()[d]) {
+            let before = images.clone();
+            let ways = [(lower[d] < domain.lower[d], 1.0), (upper[d] > domain.upper[d], -1.0)];
+            for (_, sign) in ways.into_iter().filter(|(reaches, _)| *reaches) {
+                let shift = sign * domain.extent()[d] * Vector::AXES[d];
+                images.extend(before.iter().map(|image| Placed { position: image.position + shift, ..*image }));
+            }
+        }
+        images.split_off(1)
     }
 
     /// The box round the contact spheres of a grain.

@@ -13,7 +13,7 @@ use crate::assembly::grains::{self, smallest_sphere};
 use crate::case::meaning::{Case, GrainPlacement, PairContact, Solver, Substeps};
 use crate::case::units::rounded;
 use crate::check::{
-    Cause, CostModel, LimitReport, Pace, PopulationReport, ShapeFacts, SubstepCause, TankReport, fall_of,
+    Cause, CostModel, LimitReport, OF_PASS, Pace, PopulationReport, ShapeFacts, SubstepCause, TankReport, fall_of,
     impact_errors, longest_substep, number, packing_substeps, population_reports, speeds, stiffest_contact, stiffness,
     strongest_force, substep_cause, tank,
 };
@@ -249,15 +249,20 @@ impl Search<'_> {
     /// Refuses speeds that fluids without sound do not have, and forces that make them.
     fn below_sound(&mut self, tank: Option<&TankReport>) {
         let case = self.case;
+        let reach = case.domain.extent().max_element();
+        let falls = (2.0 * strongest_force(case) * reach).sqrt();
+        // A liquid that only a force makes as fast is told with the force.
+        let by_force = |cause: &Cause| {
+            exceeds(falls, SOUND)
+                && matches!(cause, Cause::Liquid(n) if !exceeds(case.liquids[*n].velocity.length(), SOUND))
+        };
         let known = speeds(case, tank);
-        for (cause, speed) in known.iter().filter(|(_, speed)| exceeds(speed.length(), SOUND)) {
+        for (cause, speed) in known.iter().filter(|(of, speed)| exceeds(speed.length(), SOUND) && !by_force(of)) {
             self.report
                 .error_at(self.span_of_cause(*cause), "this moves faster than sound in water")
                 .label(format!("{} m/s can be expected; sound has {SOUND} m/s", number(speed.length(), 1)))
                 .help("both fluids are incompressible: check the units, and lower the speed");
         }
-        let reach = case.domain.extent().max_element();
-        let falls = (2.0 * strongest_force(case) * reach).sqrt();
         if exceeds(falls, SOUND) && !self.report.has_errors() {
             self.report
                 .error_at(self.span_of_force(), "this body force is too strong for incompressible flow")
@@ -288,7 +293,7 @@ impl Search<'_> {
         let on_grid = self.case.solver == Solver::Mics;
         let span = self.loaded.places.of(if on_grid { "fluid.dt" } else { "particles.dt" });
         // The fluid on a grid makes several passes where it has to.
-        let in_passes = [Limit::Advective, Limit::Viscous, Limit::Capillary].map(Limit::name);
+        let in_passes = OF_PASS.map(Limit::name);
         let binding =
             |limit: &&LimitReport| !(limit.rules || limit.name == SWING || on_grid && in_passes.contains(&limit.name));
         if let Some(limit) = pace.limits.iter().find(binding).filter(|limit| limit.dt_s < pace.dt) {

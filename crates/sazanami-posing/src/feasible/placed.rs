@@ -7,7 +7,7 @@ use sazanami_numerics::{Quaternion, Real, Vector};
 
 use super::Search;
 use crate::assembly::grains::population_of;
-use crate::case::meaning::{GrainPlacement, LatticePlacement};
+use crate::case::meaning::GrainPlacement;
 
 /// A grain that has a place already.
 #[derive(Clone, Copy, Debug)]
@@ -17,8 +17,6 @@ pub(super) struct Placed {
     pub position: Vector,
     pub orientation: Quaternion,
     pub factor: Real,
-    /// Room to leave round it for what is random \[m].
-    pub slack: Real,
     /// Origin of its place.
     pub origin: Origin,
 }
@@ -46,24 +44,8 @@ impl Search<'_> {
             position: grain.position,
             orientation: grain.orientation,
             factor: grain.scale,
-            slack: 0.0,
             origin,
         }
-    }
-
-    /// Grains whose places are known before the run: lattices as far as they are not random, others as they lie.
-    pub(super) fn placed(&self, lying: &[Placed]) -> Vec<Placed> {
-        let lattice = |n: usize| match &self.case.grains[n].placement {
-            GrainPlacement::Lattice(lattice) => Some(lattice),
-            _ => None,
-        };
-        let mut placed: Vec<Placed> =
-            lying.iter().filter(|grain| lattice(grain.population).is_none()).copied().collect();
-        for (n, population) in self.case.grains.iter().enumerate() {
-            let Some(lattice) = lattice(n) else { continue };
-            placed.extend(lattice_places(n, lattice, population.sizes().largest(), self.shapes[n].bounding_radius()));
-        }
-        placed
     }
 
     /// Names a grain and points to it as well as the file allows.
@@ -118,31 +100,4 @@ impl Search<'_> {
 /// Corners of a box that holds nothing yet.
 pub(super) const fn no_corners() -> [Vector; 2] {
     [Vector::INFINITY, Vector::NEG_INFINITY]
-}
-
-/// Places of a lattice, with room for jitter and any orientation where these are random.
-fn lattice_places(
-    population: usize,
-    lattice: &LatticePlacement,
-    factor: Real,
-    radius: Real,
-) -> impl Iterator<Item = Placed> {
-    let [n1, n2, n3] = lattice.counts;
-    let pitch = (lattice.upper - lattice.lower) / Vector::new(n1 as Real, n2 as Real, n3 as Real);
-    let jitter = lattice.jitter * pitch.min_element();
-    let slack = if lattice.random_orientation { jitter.max(1e-9 * radius) } else { jitter };
-    let lower = lattice.lower;
-    (0..n1 * n2 * n3).map(move |index| {
-        let (i, j, k) = (index % n1, index / n1 % n2, index / (n1 * n2));
-        let cell = Vector::new(i as Real + 0.5, j as Real + 0.5, k as Real + 0.5);
-        Placed {
-            population,
-            index,
-            position: lower + cell * pitch,
-            orientation: Quaternion::IDENTITY,
-            factor,
-            slack,
-            origin: Origin::Case,
-        }
-    })
 }

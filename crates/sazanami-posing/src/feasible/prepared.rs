@@ -154,7 +154,7 @@ impl Search<'_> {
     }
 
     /// Height up to which packed beds may reach \[m]; the floor where there are none.
-    fn top_of_packed(&self) -> Real {
+    pub(super) fn top_of_packed(&self) -> Real {
         let floor = self.case.domain.lower.z;
         let top = |population: &Population| match &population.placement {
             GrainPlacement::Packed(how) => Some(floor + how.highest_level().unwrap_or_else(|| self.highest_bed())),

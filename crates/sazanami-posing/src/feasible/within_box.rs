@@ -32,7 +32,7 @@ impl Search<'_> {
         let in_gate = |grain: &Placed| {
             let spheres = self.spheres(grain);
             let stands = |plate: &sazanami_mps::gates::Gate| {
-                spheres.iter().any(|&(x, radius)| plate.clearance(x) < (radius + grain.slack) * (1.0 - TOUCH))
+                spheres.iter().any(|&(x, radius)| plate.clearance(x) < radius * (1.0 - TOUCH))
             };
             self.case.gates.iter().find(|gate| stands(&gate.plate())).map(|gate| gate.name.clone())
         };
@@ -105,9 +105,9 @@ impl Search<'_> {
         let shape = &self.shapes[grain.population];
         let spheres = shape.contact_spheres().bounding_radius();
         let radius = shape.exact().map_or(shape.bounding_radius(), |exact| spheres.max(exact.bounding_radius()));
-        let reach = Vector::splat(grain.factor * radius + grain.slack);
+        let reach = Vector::splat(grain.factor * radius);
         let ball = [grain.position - reach, grain.position + reach];
-        let corners = if (ball[0] - lower).min(upper - ball[1]).min_element() >= 0.0 || grain.slack > 0.0 {
+        let corners = if (ball[0] - lower).min(upper - ball[1]).min_element() >= 0.0 {
             ball
         } else {
             match grain.origin {

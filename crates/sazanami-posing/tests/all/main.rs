@@ -2,4 +2,5 @@
 
 mod absurd_cases;
 mod case_files;
+mod foreseen;
 mod idle_keys;

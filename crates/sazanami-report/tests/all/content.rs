@@ -112,6 +112,82 @@ fn several_runs_are_compared_where_they_differ() {
     assert!(!page.unwrap().contains("Erosion volume V against"));
 }
 
+/// Columns of the first table of a report on several runs.
+fn sides(page: &str) -> Vec<&str> {
+    let (_, rest) = page.split_once("<thead>").expect("a table");
+    let (head, _) = rest.split_once("</thead>").expect("its head");
+    let cells = head.split("<th").skip(2).map(|cell| cell.split_once('>').expect("a tag").1);
+    cells.map(|cell| cell.split_once('<').expect("its end").0).collect()
+}
+
+#[test]
+fn runs_side_by_side_have_names_of_their_own() {
+    let place = tempfile::tempdir().unwrap();
+    let folders: Vec<_> = ["old/a/run", "new/a/run", "new/b/run", "other"].map(|name| place.path().join(name)).to_vec();
+    for folder in &folders {
+        fs::create_dir_all(folder).unwrap();
+        results(folder, 8, 1, [4, 4, 4]);
+    }
+    let page = |folders: &[std::path::PathBuf]| {
+        fs::read_to_string(sazanami_report::comparison(folders, &place.path().join("out")).unwrap()).unwrap()
+    };
+    assert_eq!(sides(&page(&folders)), ["old/a/run", "new/a/run", "b/run", "other"]);
+    // The controls: names that differ stay short, and one run given twice is numbered.
+    assert_eq!(sides(&page(&folders[2..])), ["run", "other"]);
+    let twice = [folders[3].clone(), folders[0].clone(), folders[3].clone()];
+    assert_eq!(sides(&page(&twice)), ["other (1)", "run", "other (2)"]);
+}
+
+#[test]
+fn the_view_shows_the_number_of_grains_that_most_times_have() {
+    let [full, fed] = std::array::from_fn(|_| tempfile::tempdir().unwrap());
+    results(full.path(), 8, 4, [4, 4, 4]);
+    results(fed.path(), 3, 4, [4, 4, 4]);
+    let page = || fs::read_to_string(sazanami_report::of_run(full.path()).unwrap()).unwrap();
+    // The control: one number at all times.
+    assert!(page().contains("\"count\":8") && !page().contains("their number of grains"));
+    let take = |n: usize| {
+        let name = format!("grains/grains-{n:09}.vtp");
+        fs::copy(fed.path().join(&name), full.path().join(&name)).unwrap();
+    };
+    take(0);
+    let left_out = |page: &str, count: usize, times: usize| {
+        page.contains(&format!("\"count\":{count}"))
+            && page.contains(&format!("{times} of 4 times are left out: their number of grains is not {count}."))
+    };
+    assert!(left_out(&page(), 8, 1));
+    // Two times each: what the run ends with.
+    take(1);
+    assert!(left_out(&page(), 8, 2));
+    take(3);
+    assert!(left_out(&page(), 3, 1));
+}
+
+#[test]
+fn the_section_tells_of_a_crater_where_there_is_one() {
+    let folder = tempfile::tempdir().unwrap();
+    results(folder.path(), 8, 2, [4, 4, 4]);
+    fs::create_dir(folder.path().join("figures")).unwrap();
+    fs::write(folder.path().join("figures/section-000000001.png"), "a picture").unwrap();
+    let path = folder.path().join("summary.json");
+    let first: serde_json::Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
+    for (erosion, said) in [
+        (serde_json::Value::Null, "Bed and water, at the last"),
+        (serde_json::json!({ "not_evaluated": "no grains" }), "Bed and water with the surface of the bed, at the last"),
+        (
+            serde_json::json!({ "volume_below_rim_mm3": 9.5 }),
+            "Bed and water with rim radius L, depth H and the cap of V",
+        ),
+    ] {
+        let mut summary = first.clone();
+        summary["observables"]["erosion"] = erosion;
+        fs::write(&path, summary.to_string()).unwrap();
+        let page = fs::read_to_string(sazanami_report::of_run(folder.path()).unwrap()).unwrap();
+        assert!(page.contains(said), "{said}");
+        assert_eq!(page.matches("rim radius L, depth H").count(), if said.contains("rim") { 2 } else { 0 });
+    }
+}
+
 #[test]
 fn damaged_files_are_refused_with_their_names() {
     let folder = tempfile::tempdir().unwrap();

@@ -21,12 +21,16 @@ pub(crate) struct WholeRun {
 }
 
 impl WholeRun {
-    /// Runs `loaded` under a `name` of its own.
-    pub fn of(name: &str, loaded: &LoadedCase) -> Result<Self, String> {
+    /// Runs `loaded` under a `name` of its own, on one thread: several cases share the processors.
+    ///
+    /// # Errors
+    /// If it cannot run, fails, or `stop` is set before its end.
+    pub fn of(name: &str, loaded: &LoadedCase, stop: &Stop) -> Result<Self, String> {
         let left = Self { folder: std::env::temp_dir().join(format!("sazanami-{name}-{}", std::process::id())) };
-        let options = RunOptions { out: Some(left.folder.clone()), force: true, ranks: 1, ..RunOptions::default() };
-        run(loaded, &options, &mut Silent, &Stop::new()).map_err(|error| error.to_string())?;
-        Ok(left)
+        let out = Some(left.folder.clone());
+        let options = RunOptions { out, force: true, threads: Some(1), ranks: 1, ..RunOptions::default() };
+        let ended = run(loaded, &options, &mut Silent, stop).map_err(|error| error.to_string())?;
+        if ended.interrupted { Err("it was stopped before its end".into()) } else { Ok(left) }
     }
 
     /// Columns of one of its tables, by name, of all its rows or those of a layer (`layers.csv upper`); NaN where a cell is
@@ -98,5 +102,54 @@ impl Drop for WholeRun {
     fn drop(&mut self) {
         // What cannot be removed stays in the folder for such things.
         let _ = std::fs::remove_dir_all(&self.folder);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use sazanami_posing::case;
+
+    use super::*;
+
+    /// Water that falls in a column for a few steps.
+    const COLUMN: &str = "gravity = \"9.81 m/s^2\"\n[domain]\nsize = [\"4 mm\", \"4 mm\", \"8 mm\"]\ncells = [4, 4, 8]\n\
+                          [[liquid]]\nregion.box = { lower = [\"0 mm\", \"0 mm\", \"0 mm\"], upper = [\"2 mm\", \"4 mm\", \"4 mm\"] }\n\
+                          [output]\nfields = { at = [] }\nfigures = { at = [] }\n[run]\nuntil = \"2 ms\"\n";
+
+    #[test]
+    fn a_case_takes_one_thread_and_has_the_values_of_any_number() {
+        let loaded = case::parse(Path::new("case.toml"), COLUMN, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let whole = WholeRun::of("one-thread", &loaded, &Stop::new()).unwrap();
+        let threads = |folder: &Path| {
+            let summary = std::fs::read_to_string(folder.join("summary.json")).unwrap();
+            serde_json::from_str::<serde_json::Value>(&summary).unwrap()["machine"]["threads"].clone()
+        };
+        let series = |folder: &Path| std::fs::read(folder.join("series.csv")).unwrap();
+        assert_eq!(threads(&whole.folder), 1);
+        // The control: two threads are told as two, and measure the same.
+        let other = WholeRun { folder: whole.folder.with_extension("two") };
+        let options =
+            RunOptions { out: Some(other.folder.clone()), force: true, threads: Some(2), ..RunOptions::default() };
+        run(&loaded, &options, &mut Silent, &Stop::new()).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!((threads(&other.folder), series(&other.folder)), (2.into(), series(&whole.folder)));
+    }
+
+    #[test]
+    fn a_run_that_is_stopped_leaves_nothing() {
+        let loaded = case::parse(Path::new("case.toml"), COLUMN, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let stop = Stop::new();
+        let left = || {
+            let place = std::fs::read_dir(std::env::temp_dir()).unwrap().flatten();
+            let ours = format!("sazanami-stopped-{}", std::process::id());
+            place.filter(|entry| entry.file_name().to_string_lossy() == ours).count()
+        };
+        let whole = WholeRun::of("stopped", &loaded, &stop).unwrap();
+        assert_eq!(left(), 1);
+        drop(whole);
+        stop.set(sazanami::stop::StopCause::Caller);
+        assert!(WholeRun::of("stopped", &loaded, &stop).is_err_and(|error| error.contains("stopped")));
+        assert_eq!(left(), 0);
     }
 }

@@ -50,16 +50,18 @@ fn is_held(population: &Population, number: Option<u64>, time: Real) -> bool {
 }
 
 /// The grains of a state of a case in the frame of the tank; `None` if an array was not written, but for the identifiers.
-fn grains_of(case: &Case, state: &State) -> Option<BedColumns> {
+fn grains_of(case: &Case, shapes: &[Shape], state: &State) -> Option<BedColumns> {
     let [tank, drift] = case.to_written_frame(state.time);
     let array = |name: &str| state.grains.iter().find(|array| array.name == name);
     let reals = |name: &str| array(name).map(reals);
     let vectors = |name: &str| Some(reals(name)?.chunks_exact(3).map(Vector::from_slice).collect::<Vec<Vector>>());
     let last_contact = |since: Real| if since < NEVER { state.time - since } else { Real::NEG_INFINITY };
     let orientation = reals("orientation")?;
-    let orientation = orientation.chunks_exact(4).map(|q| Quaternion::from_xyzw(q[1], q[2], q[3], q[0]).normalize());
     let position = vectors("position")?;
     let body: Vec<u32> = reals("population")?.into_iter().map(|number| number as u32).collect();
+    let drawn = |&body: &u32| shapes.get(body as usize).map_or(Quaternion::IDENTITY, Shape::drawn);
+    let turns = orientation.chunks_exact(4).map(|q| Quaternion::from_xyzw(q[1], q[2], q[3], q[0]).normalize());
+    let orientation = turns.zip(&body).map(|(turn, body)| turn * drawn(body)).collect();
     let id: Option<Vec<u64>> = reals("id").map(|ids| ids.into_iter().map(|id| id as u64).collect());
     let held = |(n, &body): (usize, &u32)| {
         let number = id.as_ref().and_then(|id| id.get(n)).map(|&id| population_of(id).1);
@@ -72,7 +74,7 @@ fn grains_of(case: &Case, state: &State) -> Option<BedColumns> {
         scale: reals("scale")?,
         mass: reals("mass")?,
         position: position.into_iter().map(|place| place - tank).collect(),
-        orientation: orientation.collect(),
+        orientation,
         velocity: vectors("velocity")?.into_iter().map(|velocity| velocity - drift).collect(),
         last_contact: reals("time_since_contact")?.into_iter().map(last_contact).collect(),
         time: state.time,
@@ -136,7 +138,8 @@ fn step_of(saved: &SavedTime) -> Option<&str> {
 fn scene_of(run: &Run, saved: &SavedTime, initial: &mut Option<InitialBed>) -> Result<Option<Scene>, CommandError> {
     let Run { case, shapes, height, series } = run;
     let state = state(saved)?;
-    let (Some(grains), Some(WaterState::Grid { grid, arrays })) = (grains_of(case, &state), &state.water) else {
+    let (Some(grains), Some(WaterState::Grid { grid, arrays })) = (grains_of(case, shapes, &state), &state.water)
+    else {
         return Ok(None);
     };
     if grains.body.iter().any(|&population| population as usize >= shapes.len()) {

@@ -72,6 +72,8 @@ const OF_STATE: [GrainArray; 13] = [
 /// The grains of all ranks on rank 0, in the order of their identifiers; none on other ranks.
 pub(crate) struct GrainStates {
     records: Vec<Record>,
+    /// Rotation with which the grains of each population lie as their shape was given.
+    drawn: Vec<Quaternion>,
 }
 
 impl GrainStates {
@@ -98,7 +100,8 @@ impl GrainStates {
                 time_since_contact: (engine.time() - grains.last_contact[i]).min(NEVER),
             }
         };
-        Self { records: domain.to_first_by((0..grains.owned()).map(record), |record| record.id) }
+        let records = domain.to_first_by((0..grains.owned()).map(record), |record| record.id);
+        Self { records, drawn: engine.bodies().iter().map(|body| body.drawn).collect() }
     }
 
     /// Writes a point for each grain, with the arrays that the case asks for; `own` are those that only its solver has.
@@ -152,6 +155,11 @@ impl GrainStates {
         asked.filter_map(|&array| is_own(array).or_else(|| self.array(array))).collect()
     }
 
+    /// Rotation of a grain from its shape as it was given.
+    fn turn(&self, record: &Record) -> Quaternion {
+        Quaternion::from_array(record.orientation) * self.drawn[record.population as usize].conjugate()
+    }
+
     /// An array that both solvers have.
     fn array(&self, array: GrainArray) -> Option<Array> {
         let name = array.word();
@@ -175,7 +183,7 @@ impl GrainStates {
             GrainArray::ContactTorque => vector(|r| r.contact_torque),
             // Glyphs of VTK take w, x, y, z.
             GrainArray::Orientation => {
-                Some(Array::reals(name, 4, self.records.iter().flat_map(|r| w_first(r.orientation))))
+                Some(Array::reals(name, 4, self.records.iter().flat_map(|r| w_first(self.turn(r).to_array()))))
             }
             GrainArray::Drag
             | GrainArray::PressureForce
@@ -197,9 +205,9 @@ fn coloured(arrays: &[DataArray]) -> Option<&'static str> {
     ["speed", "velocity"].into_iter().find(|name| arrays.iter().any(|array| array.name() == *name))
 }
 
-/// Writes the surface of a population at size factor 1 in its body frame: the source of its glyphs.
+/// Writes the surface of a population at size factor 1 as it was given, about its centre of mass: the source of its glyphs.
 pub(super) fn write_glyph(shape: &Shape, path: &Path) -> Result<(), RecordError> {
-    let pose = BodyPose { surface: 0, scale: 1.0, position: Vector::ZERO, orientation: Quaternion::IDENTITY };
+    let pose = BodyPose { surface: 0, scale: 1.0, position: Vector::ZERO, orientation: shape.drawn() };
     let bodies = Bodies { surfaces: &[surface(shape)], poses: &[pose] };
     Ok(write_bodies(path, &BodyFile { bodies, time: None, arrays: &[], scalars: None, frame: None })?)
 }

@@ -3,7 +3,7 @@
 use sazanami_dem::{DemError, Engine, Grain, Motion, Random};
 use sazanami_mps::gates;
 use sazanami_numerics::domain::Domain;
-use sazanami_numerics::{Quaternion, Real, Vector};
+use sazanami_numerics::{Real, Vector};
 use sazanami_posing::assembly::grains::{factors, member};
 
 use crate::case::meaning::{Case, Feed, GrainPlacement};
@@ -151,7 +151,8 @@ impl Stream {
                 let (lower, upper) = (self.feed.lower[d] + margin, self.feed.upper[d] - margin);
                 random.between(lower - drift.min(0.0), upper - drift.max(0.0))
             }));
-            let turn = if self.feed.random_orientation { random.orientation() } else { Quaternion::IDENTITY };
+            let drawn = engine.bodies()[self.population].drawn;
+            let turn = if self.feed.random_orientation { random.orientation() } else { drawn };
             let side = if upper == 0 { case.domain.lower[direction] } else { case.domain.upper[direction] };
             start[direction] = side;
             start -= (1.0 - WITHIN) * reach * self.inward();

@@ -13,13 +13,15 @@ use sazanami_dem::{Packing, Stage};
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 use sazanami_parallel::{Communicator, Reduction};
+use sazanami_posing::assembly::grains::identifier;
 use sazanami_posing::assembly::shared;
 use sazanami_posing::steps::{OUTPUT, SWING, fixed_step, longest_in_swing};
 
 use self::feeding::Feeding;
 use self::held_flow::HeldFlow;
 use self::releases::Releases;
-use crate::case::meaning::Solver;
+use crate::case::Case;
+use crate::case::meaning::{ProbePlace, Solver};
 use crate::clock::Clock;
 use crate::job::{Ending, Job, RankError, RankFailure, Status};
 use crate::progress::StepLine;
@@ -154,12 +156,24 @@ fn pack<B: Observer>(
     }
 }
 
+/// Identifiers of the grains that probes watch.
+fn probed(case: &Case) -> impl Iterator<Item = u64> {
+    case.probes.iter().filter_map(|probe| match &probe.place {
+        ProbePlace::Body { population, index } => {
+            let number = case.grains.iter().position(|kind| &kind.name == population)?;
+            Some(identifier(number, *index))
+        }
+        _ => None,
+    })
+}
+
 /// Steps through the flow.
 fn flow<B: Observer>(job: &Job, mut water: B::Water, recorder: &mut Recorder<B>) -> Result<Ending, RankError> {
     let case = job.case;
     let mut clock = start::clock(job);
     let first = clock.step();
     water.put(clock.time());
+    water.watch_contacts(probed(case));
     recorder.watch.turn(OUTPUT);
     recorder.begin(&mut water, &clock)?;
     let mut shown = job.options.showing.as_ref().map(|showing| Due::new(showing.every, first, clock.time()));

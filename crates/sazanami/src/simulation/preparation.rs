@@ -135,7 +135,7 @@ fn poured(
     let engine = match packed {
         Some(packing) => {
             let mut engine = start::levelled(case, &domain, setup, packing)?;
-            engine.insert(&domain, &grains::waiting(case, &job.beds))?;
+            engine.insert(&domain, &grains::waiting(case, &job.shapes, &job.beds))?;
             engine
         }
         None => match start::laid(job, &domain, setup, recorder)? {

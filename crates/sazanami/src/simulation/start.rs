@@ -88,7 +88,7 @@ pub(super) fn solver(
         Some(packing) => packing.into_engine(&domain, setup)?,
     };
     if case.packs() {
-        engine.insert(&domain, &grains::placed(case, &job.beds))?;
+        engine.insert(&domain, &grains::placed(case, &job.shapes, &job.beds))?;
     }
     let engine = grains::expecting(case, engine);
     within_box(job, &domain, &engine)?;
@@ -147,7 +147,8 @@ pub(super) fn laid<B: Observer>(
 ) -> Result<Option<Engine>, RankError> {
     let vessel = || grains::resting_setup(job.case, &job.shapes, &setup);
     let waits = job.case.relaxes() || job.case.solver == meaning::Solver::Mps;
-    let placed = || if waits { grains::waiting(job.case, &job.beds) } else { grains::placed(job.case, &job.beds) };
+    let place = if waits { grains::waiting } else { grains::placed };
+    let placed = || place(job.case, &job.shapes, &job.beds);
     let relaxation = match job.resumed.as_ref().filter(|state| state.run.relaxing) {
         Some(state) => Relaxation::restore(domain, vessel(), &state.snapshot)?,
         None if job.case.relaxes() => Relaxation::new(Engine::new(domain, vessel(), &placed())?),

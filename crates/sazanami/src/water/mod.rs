@@ -75,6 +75,10 @@ macro_rules! named_alike {
             self.feed(fed, which)
         }
 
+        fn watch_contacts(&mut self, grains: impl Iterator<Item = u64>) {
+            self.watch_contacts(grains);
+        }
+
         fn mean_flow(report: &StepReport) -> Option<&MeanFlowReport> {
             report.mean_flow.as_ref()
         }
@@ -132,6 +136,9 @@ pub(crate) trait Water: Sized {
 
     /// Feeds in grains, which every rank gives alike, and lets those go whose identifier `which` takes. Collective.
     fn feed(&mut self, fed: &[Grain], which: impl Fn(u64) -> bool + Sync) -> Result<(), DemError>;
+
+    /// Watches the contacts of grains, by their identifiers: [`Engine::watched`].
+    fn watch_contacts(&mut self, grains: impl Iterator<Item = u64>);
 
     /// The mean velocity that is held, if one is, and the force that held it in a step.
     fn mean_flow(report: &Self::Report) -> Option<&MeanFlowReport>;

@@ -145,6 +145,42 @@ fn the_force_of_the_fluid_is_what_moves_a_body() {
     }
 }
 
+#[test]
+fn the_forces_on_a_body_that_lands_are_what_moves_it() {
+    let low = "grains.0.placement.list=[{ position = [\"7.4 mm\", \"7.7 mm\", \"3.5 mm\"], velocity = [\"50 mm/s\", \"20 mm/s\", \"-0.2 m/s\"] }]";
+    let mass = 2500.0 * PI / 6.0 * Real::powi(6e-3, 3);
+    let dry = SPINNING
+        .replace(
+            "size = [\"15 mm\", \"15 mm\", \"20 mm\"]\ncells = [15, 15, 20]\n",
+            "size = [\"60 mm\", \"60 mm\", \"60 mm\"]\n",
+        )
+        .replace("dt = \"0.5 ms\"\n[fluid.liquid]", "[fluid.liquid]")
+        .replace(
+            "[[liquid]]\nregion.half_space = { point = [\"0 m\", \"0 m\", \"9 m\"] }\nallow_touching_grains = true\n",
+            "",
+        );
+    let dry = format!("solver = \"mps\"\nparticles = {{ spacing = \"2 mm\", dt_max = \"0.5 ms\" }}\n{dry}");
+    for (name, text, on) in
+        [("one", SPINNING, On::threads(1)), ("ranks", SPINNING, On::ranks(2, 1)), ("dry", &*dry, On::threads(1))]
+    {
+        let left =
+            ran(text, &[low, "probe.0.every=0.5 ms"], &Scratch::new(&format!("bodies-lands-{name}")).join("run"), on);
+        let probe = &left.probes[0].1;
+        let vector = |name: &str| [1, 2, 3].map(|d| probe.column(&format!("{name}_{d}")));
+        let impulse = |name: &str| vector(name).map(|force| 0.5e-3 * force[1..].iter().sum::<Real>());
+        let contact = impulse("contact_force");
+        let fluid = if name == "dry" { [0.0; 3] } else { impulse("fluid_force") };
+        let gained = vector("velocity").map(|v| mass * (v[v.len() - 1] - v[0]));
+        for d in 0..3 {
+            let weight = if d == 2 { -mass * 9.81 * 20e-3 } else { 0.0 };
+            let given = fluid[d] + contact[d] + weight;
+            assert!((given - gained[d]).abs() < 1e-8 * contact[2], "{name} {d}: {given} for {}", gained[d]);
+        }
+        // Negative control: it meets the floor, which gives it more than its weight does.
+        assert!(contact[2] > 1.5 * mass * 9.81 * 20e-3, "{name}: {contact:?}");
+    }
+}
+
 /// A sphere of 8 cells above a level of water.
 const AT_SURFACE: &str = include_str!("../cases/bodies-at-surface.toml");
 

@@ -138,3 +138,29 @@ fn what_a_tank_does_not_have_is_left_empty() {
     let first = rested.probe("floor").column("pressure")[0];
     assert!((first / 24.5 - 1.0).abs() < 0.5, "{first}");
 }
+
+/// Heights that the picture of a tank at its start shows \[m].
+fn heights_shown(name: &str, text: &str, place: &str) -> [f64; 2] {
+    let folder = Scratch::new(name);
+    let placed = format!("grains.0.placement={{ list = [{{ position = [\"5 mm\", \"5 mm\", \"{place}\"] }}] }}");
+    let wanted = [placed.as_str(), "output.figures={ at = [\"0 s\"] }", "run.until=0.2 ms"];
+    ran(text, &wanted, &folder.join("run"), On::threads(1));
+    let sketch = std::fs::read_to_string(folder.join("run/figures/grains-000000000.png")).unwrap();
+    let (_, rest) = sketch.split_once(" z: [").unwrap();
+    let (ends, _) = rest.split_once(']').unwrap();
+    let ends: Vec<f64> = ends.split(", ").map(|end| end.parse().unwrap()).collect();
+    [ends[0], ends[1]]
+}
+
+#[test]
+fn pictures_show_the_highest_grain_with_water_below_it_and_without() {
+    let wet = format!("{TANK}{WATER}");
+    // 5 mm above the top of a bead of 1 mm.
+    for text in [TANK, &wet] {
+        let [low, top] = heights_shown("dry-picture", text, "10 mm");
+        assert!(low == 0.0 && (top - 15.5e-3).abs() < 1e-9, "{low} to {top}");
+    }
+    // The control: of a bead in the water the picture ends above that.
+    let [_, top] = heights_shown("dry-picture-wet", &wet, "1 mm");
+    assert!((top - 8e-3).abs() < 1e-3, "{top}");
+}

@@ -281,7 +281,7 @@ fn a_place_that_cannot_be_written_to() {
         println!("{error}\n");
         assert_eq!((error.exit_code(), failure(&error).kind.as_str()), (exit::FAILED, "disk"), "{error}");
         let told = error.to_string();
-        assert!(told.contains("cannot write checkpoint") && told.contains("at step 6"), "{told}");
+        assert!(told.contains(&format!("cannot write {}", next.display())) && told.contains("at step 6"), "{told}");
         let good = newest(&folder);
         assert!(told.contains(&format!("last good checkpoint: {}", good.path().display())), "{told}");
         assert_eq!(summary(&folder)["status"], "failed");

@@ -192,3 +192,68 @@ fn when_all_grains_have_left_files_have_none() {
         assert!(list.contains(&format!("{kind}-{last:09}.vtp")), "{list}");
     }
 }
+
+/// A ramp, 60 mm long, 20 mm wide and 30 mm high at its lower end in x1, as a mesh of Gmsh in millimetres.
+const RAMP: &str = "$MeshFormat
+2.2 0 8
+$EndMeshFormat
+$Nodes
+6
+1 0 0 0
+2 60 0 0
+3 0 0 30
+4 0 20 0
+5 60 20 0
+6 0 20 30
+$EndNodes
+$Elements
+3
+1 4 2 0 1 1 2 4 3
+2 4 2 0 1 2 3 5 4
+3 4 2 0 1 3 4 6 5
+$EndElements
+";
+
+#[test]
+fn a_mesh_lies_as_it_was_given() {
+    let scratch = Scratch::new("grain-files-ramp");
+    let mesh = scratch.join("ramp.msh");
+    std::fs::write(&mesh, RAMP).expect("writable");
+    let text = format!(
+        "gravity = \"0 m/s^2\"
+domain = {{ size = [\"200 mm\", \"40 mm\", \"80 mm\"], cells = [20, 4, 8] }}
+material.rock.density = \"2000 kg/m^3\"
+output = {{ grains = {{ at = [\"0 s\"] }}, fields = {{ at = [] }}, figures = {{ at = [] }}, grain_form = \"both\" }}
+run.until = \"1 ms\"
+[[grains]]
+name = \"ramp\"
+shape.mesh = {{ file = \"{}\", unit = \"1 mm\" }}
+motion = \"fixed\"
+placement.list = [{{ position = [\"40 mm\", \"20 mm\", \"30 mm\"] }}, {{ position = [\"130 mm\", \"20 mm\", \"30 mm\"], axis = [0, 0, 1], angle = \"180 deg\" }}]
+",
+        mesh.display()
+    );
+    let left = ran(&text, &[], &scratch.join("out"), On::threads(1));
+    assert!(left.probes.is_empty());
+    // Corners about the centre of mass, at a third of the length and of the height.
+    let drawn = [[-20, -10, -10], [40, -10, -10], [-20, -10, 20], [-20, 10, -10], [40, 10, -10], [-20, 10, 20]];
+    let nearest = |found: &[f32], [x, y, z]: [f64; 3]| {
+        let away = |c: &[f32]| (f64::from(c[0]) - x).hypot((f64::from(c[1]) - y).hypot(f64::from(c[2]) - z));
+        found.chunks_exact(3).map(away).fold(f64::INFINITY, f64::min)
+    };
+    let meshes = singles(&first(scratch.path(), "meshes"), "Points");
+    let glyph = singles(&parse(&scratch.join("out/grains/shape-0.vtp")), "Points");
+    for corner in drawn {
+        let [x, y, z] = corner.map(|mm| 1e-3 * f64::from(mm));
+        assert!(nearest(&glyph, [x, y, z]) < 1e-7, "{corner:?} {glyph:?}");
+        assert!(nearest(&meshes, [0.04 + x, 0.02 + y, 0.03 + z]) < 1e-7, "{corner:?}");
+        assert!(nearest(&meshes, [0.13 - x, 0.02 - y, 0.03 + z]) < 1e-7, "{corner:?}, turned");
+    }
+    let turns = singles(&first(scratch.path(), "grains"), "orientation");
+    let expected = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0_f32];
+    assert!(turns.iter().zip(expected).all(|(found, turn)| (found.abs() - turn).abs() < 1e-6), "{turns:?}");
+    // Negative control: its principal axes do not lie along the box.
+    let mesh = sazanami_io::mesh::read(&mesh, 1e-3).expect("a mesh");
+    let axes = sazanami_numerics::geometry::MassProperties::of(&mesh.mesh).axes;
+    assert!(axes.x_axis.x.abs() < 0.97, "{axes:?}");
+}

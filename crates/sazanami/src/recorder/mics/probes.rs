@@ -60,7 +60,7 @@ const AT_POINT: &[Cell<AtPoint>] = quantities! {
 
 const THROUGH_PLANE: &[Cell<ThroughPlane>] = quantities! {
     "volume_flux", "m^3/s", "volume flux of all that goes through: liquid, gas and grains" => |at| at.volume_flux.into();
-    "liquid_flux", "m^3/s", "volume flux of the liquid beside the grains, by the liquid fraction of the cell that it comes from: of a drop of 4 cells that passes 4.4 % too little, of 12 cells 0.06 %" => |at| at.liquid_flux.into();
+    "liquid_flux", "m^3/s", "volume flux of the liquid beside the grains, by the liquid fraction of the cell that it comes from: of a drop of 4 cells that passes 4.4 % too little, of 12 cells 0.06 %; a front counts from where it enters that cell, up to a cell early" => |at| at.liquid_flux.into();
     "mean_pressure", "Pa", "mean pressure on the plane" => |at| at.mean_pressure.into();
 };
 
@@ -77,7 +77,7 @@ const OF_BODY: &[Cell<OfBody>] = quantities! {
     "fluid_force_1", "N", "force of the fluid along x1" => |at| at.fluid_force.x.into();
     "fluid_force_2", "N", "along x2" => |at| at.fluid_force.y.into();
     "fluid_force_3", "N", "along x3" => |at| at.fluid_force.z.into();
-    "contact_force_1", "N", "force of all contacts along x1" => |at| at.contact_force.x.into();
+    "contact_force_1", "N", "mean force of all contacts over the step, zero before the first one, along x1" => |at| at.contact_force.x.into();
     "contact_force_2", "N", "along x2" => |at| at.contact_force.y.into();
     "contact_force_3", "N", "along x3" => |at| at.contact_force.z.into();
     "fluid_torque_1", "N m", "torque of the fluid along x1" => |at| at.fluid_torque.x.into();
@@ -226,24 +226,20 @@ fn through_faces(domain: &Domain, solver: &Solver, direction: usize, position: R
 fn of_body(solver: &Solver, id: u64, [shift, drift]: [Vector; 2]) -> Option<OfBody> {
     let grains = solver.grains().engine().grains();
     let mut found = [0.0; 19];
+    let watched = solver.grains().engine().watched().iter().find(|(watched, _)| *watched == id);
+    let contact_force = watched.map_or(Vector::ZERO, |(_, force)| *force);
+    found[15..18].copy_from_slice(&contact_force.to_array());
     if let Ok(n) = grains.id[..grains.owned()].binary_search(&id) {
         let force = solver.grains().fluid_forces().get(n).copied().unwrap_or_default();
         let torque = solver.grains().fluid_torques().get(n).copied().unwrap_or_default();
-        let vectors = [
-            grains.position[n],
-            grains.velocity[n],
-            grains.angular_velocity(n),
-            force,
-            grains.contact_force[n],
-            torque,
-        ];
+        let vectors = [grains.position[n], grains.velocity[n], grains.angular_velocity(n), force, torque];
         for (to, from) in found.chunks_exact_mut(3).zip(vectors) {
             to.copy_from_slice(&from.to_array());
         }
         found[18] = 1.0;
     }
     let found = solver.domain().sum(found);
-    let [position, velocity, spin, fluid_force, contact_force, fluid_torque] =
+    let [position, velocity, spin, fluid_force, fluid_torque, contact_force] =
         [0, 1, 2, 3, 4, 5].map(|n| Vector::from_slice(&found[3 * n..]));
     let (position, velocity) = (position + shift, velocity + drift);
     let body = OfBody { position, velocity, spin, fluid_force, contact_force, fluid_torque };

@@ -27,7 +27,6 @@ struct GrainRecord {
     position: [Real; 3],
     velocity: [Real; 3],
     spin: [Real; 3],
-    contact_force: [Real; 3],
     drag: [Real; 3],
     pressure_force: [Real; 3],
     lift: [Real; 3],
@@ -61,8 +60,6 @@ pub(super) struct Grains {
     pub diameter: Vec<Real>,
     /// Angular velocities [rad/s].
     pub spin: Vec<Vector>,
-    /// Force of all contacts \[N].
-    pub contact_force: Vec<Vector>,
     /// Grains that each one touches.
     pub contacts: Vec<u32>,
     /// Drag, mean over the last step \[N].
@@ -108,6 +105,8 @@ pub(super) struct GatheredTank {
     /// Whether this is rank 0.
     pub leads: bool,
     pub grains: Grains,
+    /// Mean forces of contacts over the last step on the grains that are watched, by their identifiers \[N].
+    pub watched: Vec<(u64, Vector)>,
     pub water: Water,
     /// Point, in the frame of the tank, at which the pressure at rest is zero \[m].
     pub reference: Vector,
@@ -148,7 +147,6 @@ impl GatheredTank {
                 position: in_tank(domain, all.position[g], shift).to_array(),
                 velocity: (all.velocity[g] - drift).to_array(),
                 spin: all.angular_velocity(g).to_array(),
-                contact_force: all.contact_force[g].to_array(),
                 drag,
                 pressure_force,
                 lift,
@@ -159,6 +157,9 @@ impl GatheredTank {
             }
         };
         let grains = domain.to_first_by((0..all.owned()).map(grain), |record| record.id);
+        let whole = |&(id, force): &(u64, Vector)| (id, Vector::from_array(domain.sum(force.to_array())));
+        self.watched.clear();
+        self.watched.extend(engine.watched().iter().map(whole));
         let particles = solver.particles();
         let particle = |a: usize| WaterRecord {
             id: particles.id[a],
@@ -186,7 +187,6 @@ impl GatheredTank {
             position: column(grains, |r| r.position.into()),
             velocity: column(grains, |r| r.velocity.into()),
             spin: column(grains, |r| r.spin.into()),
-            contact_force: column(grains, |r| r.contact_force.into()),
             diameter: column(grains, |r| r.diameter),
             contacts: column(grains, |r| r.contacts as u32),
             drag: column(grains, |r| r.drag.into()),

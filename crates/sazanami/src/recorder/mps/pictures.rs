@@ -19,7 +19,7 @@ const SLAB: Real = 0.3;
 const WINDOW: Real = 20e-3;
 /// Distance of the arrows \[m].
 const ARROWS: Real = 1e-3;
-/// Room above the highest water \[m].
+/// Room above what is highest \[m].
 const ABOVE: Real = 5e-3;
 /// Weight that stands for none \[N].
 const NO_WEIGHT: Real = 1e-12;
@@ -81,8 +81,10 @@ fn side_view(case: &Case, observer: &ParticleObserver, moment: &str, body_force:
     let water = observer.water.points_with_gaps().collect();
     let middle = 0.5 * (lower + upper);
     let half = (0.5 * SLAB * (upper.y - lower.y)).max(diameter.first().copied().unwrap_or_default());
-    // The water may stand above the open top of the box.
-    let top = observer.water.points().map(|[_, z]| z).fold(lower.z, Real::max) + ABOVE;
+    // Water and grains may stand above the open top of the box, and grains above the water.
+    let surfaces = observer.water.points().map(|[_, z]| z);
+    let discs = position.iter().zip(&diameter).map(|(place, diameter)| place.z + 0.5 * diameter);
+    let top = surfaces.chain(discs).fold(lower.z, Real::max) + ABOVE;
     let x = [middle.x - 0.5 * WINDOW, middle.x + 0.5 * WINDOW];
     let arrows = arrows(observer, &SectionWindow { x, z: [lower.z, top], plane: middle.y, spacing: ARROWS });
     let share = (2e2 * half / (upper.y - lower.y)).min(100.0);

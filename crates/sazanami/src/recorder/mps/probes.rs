@@ -51,7 +51,7 @@ const OF_BODY: &[Cell<OfBody>] = quantities! {
     "spin_1", "rad/s", "angular velocity along x1" => |at| at.spin.x.into();
     "spin_2", "rad/s", "along x2" => |at| at.spin.y.into();
     "spin_3", "rad/s", "along x3" => |at| at.spin.z.into();
-    "contact_force_1", "N", "force of all contacts along x1" => |at| at.contact_force.x.into();
+    "contact_force_1", "N", "mean force of all contacts over the step, zero before the first one, along x1" => |at| at.contact_force.x.into();
     "contact_force_2", "N", "along x2" => |at| at.contact_force.y.into();
     "contact_force_3", "N", "along x3" => |at| at.contact_force.z.into();
     "drag_1", "N", "drag along x1" => |at| at.drag.x.into();
@@ -136,7 +136,11 @@ fn of_body(case: &Case, gathered: &GatheredTank, time: Real, id: u64) -> Vec<Val
         position: grains.position[n] + shift,
         velocity: grains.velocity[n] + drift,
         spin: grains.spin[n],
-        contact_force: grains.contact_force[n],
+        contact_force: gathered
+            .watched
+            .iter()
+            .find(|(watched, _)| *watched == id)
+            .map_or(Vector::ZERO, |(_, force)| *force),
         drag: grains.drag[n],
         pressure_force: grains.pressure_force[n],
         void_fraction: grains.void_fraction[n],
