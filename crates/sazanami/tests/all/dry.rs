@@ -145,10 +145,10 @@ fn heights_shown(name: &str, text: &str, place: &str) -> [f64; 2] {
     let placed = format!("grains.0.placement={{ list = [{{ position = [\"5 mm\", \"5 mm\", \"{place}\"] }}] }}");
     let wanted = [placed.as_str(), "output.figures={ at = [\"0 s\"] }", "run.until=0.2 ms"];
     ran(text, &wanted, &folder.join("run"), On::threads(1));
-    let sketch = std::fs::read_to_string(folder.join("run/figures/grains-000000000.png")).unwrap();
-    let (_, rest) = sketch.split_once(" z: [").unwrap();
-    let (ends, _) = rest.split_once(']').unwrap();
-    let ends: Vec<f64> = ends.split(", ").map(|end| end.parse().unwrap()).collect();
+    let sketch = std::fs::read_to_string(folder.join("run/figures/grains-000000000.png")).expect("a sketch");
+    let (_, rest) = sketch.split_once(" z: [").expect("its heights");
+    let (ends, _) = rest.split_once(']').expect("their end");
+    let ends: Vec<f64> = ends.split(", ").map(|end| end.parse().expect("a number")).collect();
     [ends[0], ends[1]]
 }
 
