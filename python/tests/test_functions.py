@@ -95,6 +95,7 @@ def test_a_bed_that_is_interrupted_can_go_on(tmp_path, monkeypatch):
     case = sazanami.Case.template("packing")
     case.set({"domain.size": ["6 mm", "6 mm", "12 mm"], "domain.cells": [24, 24, 48]})
     case.set({"grains.0.count": 60, "grains.1.count": 30, "bed.porosity_upper": "1.2 mm"})
+    case.set({"output.bed": str(tmp_path / "small.bed")})
 
     def interrupts(info):
         raise KeyboardInterrupt
