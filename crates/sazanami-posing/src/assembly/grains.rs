@@ -175,6 +175,11 @@ pub fn identifier(population: usize, index: usize) -> u64 {
     population as u64 * IDENTIFIERS + index as u64
 }
 
+/// Identifier of a grain by the name of its population and its number there.
+pub fn named(case: &Case, population: &str, index: usize) -> u64 {
+    identifier(case.grains.iter().position(|kind| kind.name == population).unwrap_or_default(), index)
+}
+
 /// Number of the population and number within it of a grain.
 pub fn population_of(id: u64) -> (usize, u64) {
     ((id / IDENTIFIERS) as usize, id % IDENTIFIERS)

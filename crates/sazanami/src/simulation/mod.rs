@@ -13,7 +13,7 @@ use sazanami_dem::{Packing, Stage};
 use sazanami_numerics::Real;
 use sazanami_numerics::domain::Domain;
 use sazanami_parallel::{Communicator, Reduction};
-use sazanami_posing::assembly::grains::identifier;
+use sazanami_posing::assembly::grains::named;
 use sazanami_posing::assembly::shared;
 use sazanami_posing::steps::{OUTPUT, SWING, fixed_step, longest_in_swing};
 
@@ -159,10 +159,7 @@ fn pack<B: Observer>(
 /// Identifiers of the grains that probes watch.
 fn probed(case: &Case) -> impl Iterator<Item = u64> {
     case.probes.iter().filter_map(|probe| match &probe.place {
-        ProbePlace::Body { population, index } => {
-            let number = case.grains.iter().position(|kind| &kind.name == population)?;
-            Some(identifier(number, *index))
-        }
+        ProbePlace::Body { population, index } => Some(named(case, population, *index)),
         _ => None,
     })
 }

@@ -5,7 +5,7 @@ use sazanami_mics::solver::Solver;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
-use sazanami_posing::assembly::grains::identifier;
+use sazanami_posing::assembly::grains::named;
 
 use crate::case::meaning::{Case, Probe, ProbePlace};
 use crate::columns::{Cell, cells, missing, quantities};
@@ -104,13 +104,10 @@ fn measure(case: &Case, solver: &Solver, time: Real, probe: &Probe) -> Vec<Value
         ProbePlace::Plane { direction, position } => {
             cells(THROUGH_PLANE, &through_plane(domain, solver, *direction, *position)).collect()
         }
-        ProbePlace::Body { population, index } => {
-            let number = case.grains.iter().position(|kind| &kind.name == population).unwrap_or_default();
-            match of_body(solver, identifier(number, *index), written) {
-                Some(body) => cells(OF_BODY, &body).collect(),
-                None => missing(OF_BODY).collect(),
-            }
-        }
+        ProbePlace::Body { population, index } => match of_body(solver, named(case, population, *index), written) {
+            Some(body) => cells(OF_BODY, &body).collect(),
+            None => missing(OF_BODY).collect(),
+        },
         ProbePlace::Gauge(place) => cells(&GAUGE, &Some(level(solver, *place))).collect(),
     }
 }

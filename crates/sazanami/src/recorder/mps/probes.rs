@@ -3,7 +3,7 @@
 use sazanami_io::table::Value;
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::ripples::TankInside;
-use sazanami_posing::assembly::grains::identifier;
+use sazanami_posing::assembly::grains::named;
 
 use super::gathered::GatheredTank;
 use crate::case::meaning::{BoundarySide, Case, Probe, ProbePlace};
@@ -93,10 +93,7 @@ fn measure(case: &Case, view: &View<'_>, time: Real, place: &ProbePlace) -> Vec<
             let all: Vec<Vector> = (0..*points).map(|n| *from + (*to - *from) * (n as Real / last)).collect();
             at_points(case, view, time, &all)
         }
-        ProbePlace::Body { population, index } => {
-            let number = case.grains.iter().position(|kind| &kind.name == population).unwrap_or_default();
-            of_body(case, gathered, time, identifier(number, *index))
-        }
+        ProbePlace::Body { population, index } => of_body(case, gathered, time, named(case, population, *index)),
         ProbePlace::Gauge(place) => cells(&GAUGE, &gathered.level_at(tank, *place)).collect(),
         // Refused with the case.
         ProbePlace::Plane { .. } => Vec::new(),
