@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use sazanami_dem::{Engine, Grain, Random};
+use sazanami_dem::{Engine, Grain};
 use sazanami_mps::solver::{Forcing, Phase, Solver, StepReport};
+use sazanami_numerics::Random;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::Solo;
 use sazanami_posing::assembly::grains::member;

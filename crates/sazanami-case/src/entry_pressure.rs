@@ -90,7 +90,7 @@ fn narrowest(case: &Case) -> Option<Real> {
 
 /// Width from which on grains have an angle \[m].
 fn limit(case: &Case) -> Real {
-    (1.0 - 1e-9) * WIDE * case.domain.spacing().max_element()
+    (1.0 - 1e-9) * WIDE * case.domain.divided_edges()[1]
 }
 
 /// Whether all grains of a population are wide; those of a mesh are read later.

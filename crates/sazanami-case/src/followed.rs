@@ -50,28 +50,32 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     }
     let along = |d: usize| case.gravity[d] != 0.0;
     let enters = |side: &BoundarySide| matches!(side, BoundarySide::Inflow { .. });
-    if !(0..3).any(|d| along(d) && case.boundary[d].iter().any(enters)) {
+    let lets_in = (0..3).any(|d| along(d) && case.boundary[d].iter().any(enters));
+    if !lets_in {
         refuse(
             "no side lets in the fluid that the liquid falls through",
             "none along gravity is an inflow",
-            "write `boundary.x3_lower.inflow = { velocity = [\"0 m/s\", \"0 m/s\", \"0 m/s\"], fluid = \"gas\" }` for a fall from rest",
+            "write `boundary.x3_lower.inflow = { velocity = [\"0 m/s\", \"0 m/s\", \"0 m/s\"], fluid = \"gas\" }` for a fall from rest, and `boundary.x3_upper = \"outflow\"`",
         );
     }
     for (d, upper) in (0..6).map(|n| (n / 2, n % 2)) {
-        let (what, label) = match case.boundary[d][upper] {
-            BoundarySide::NoSlip | BoundarySide::Moving { .. } => {
-                ("a wall would fall with the box", "it holds the fluid")
+        let (what, label, help) = match case.boundary[d][upper] {
+            BoundarySide::NoSlip | BoundarySide::Moving { .. } if !along(d) => {
+                ("a wall would fall with the box", "it holds the fluid", "make it `slip` or periodic")
             }
+            BoundarySide::NoSlip | BoundarySide::Moving { .. } | BoundarySide::Slip if along(d) && lets_in => (
+                "the fluid that the liquid falls through cannot leave",
+                "gravity runs across this side, and it is closed",
+                "make it `outflow`",
+            ),
             BoundarySide::Outflow | BoundarySide::FixedPressure { .. } if !along(d) => (
                 "the pressure outside this side is not that of a box that falls",
                 "it is open, and gravity runs along it",
+                "make it `slip` or periodic",
             ),
             _ => continue,
         };
         let side = place_of_side(&cx.places, d, upper);
-        cx.report
-            .error_at(side, what)
-            .label(format!("{}: {label}", SIDE_NAMES[d][upper]))
-            .help("make it `slip` or periodic");
+        cx.report.error_at(side, what).label(format!("{}: {label}", SIDE_NAMES[d][upper])).help(help);
     }
 }

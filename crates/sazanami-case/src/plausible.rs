@@ -6,11 +6,16 @@ use crate::case::Case;
 use crate::presets::Solver;
 use crate::read::Context;
 use crate::surface_tension::LARGEST;
-use crate::tables::{BoundarySide, Coupling, DemOptions, FilmRoughness, Population, SIDE_NAMES, usual_margin};
+use crate::tables::{
+    BoundarySide, BoxDomain, Coupling, DemOptions, FilmRoughness, Population, SIDE_NAMES, usual_margin,
+};
 use crate::units::rounded;
 
 /// Nothing is refused.
 const ANY: [Real; 2] = [0.0, Real::INFINITY];
+
+/// Edges of a cell over its shortest from which on they are doubted.
+const LONGEST_CELL: Real = 5.0;
 
 /// A kind of quantity, and between what it is not doubted.
 struct Kind {
@@ -67,6 +72,7 @@ kinds! {
 
 /// Warns of what is doubted, refuses what cannot be meant, and says which physics has nothing to act on.
 pub fn check(case: &Case, cx: &mut Context<'_>) {
+    check_cells(&case.domain, cx);
     let mut judge = |key: &str, kind: &Kind, value: Real| judge(key, kind, value, cx);
     judge("gravity", &GRAVITY, case.gravity.length());
     let extent = case.domain.extent();
@@ -132,6 +138,17 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
         }
     }
     check_idle(case, cx);
+}
+
+/// Warns of long cells, as numbers of cells in another order than the edges of the box make. Directions of a single cell are not divided.
+fn check_cells(domain: &BoxDomain, cx: &mut Context<'_>) {
+    let (spacing, [shortest, longest]) = (domain.spacing(), domain.divided_edges());
+    if longest > LONGEST_CELL * shortest {
+        cx.report
+            .warning(cx.places.near("domain.cells"), format!("cells {} times as long as wide", rounded(longest / shortest)))
+            .label(format!("{} m x {} m x {} m", rounded(spacing.x), rounded(spacing.y), rounded(spacing.z)))
+            .help("give the numbers of cells along x1, x2 and x3 as the edges of the box go: drag, surfaces and the pressure ask for cells about as wide as long");
+    }
 }
 
 /// Density that a population has by its mass [kg/m^3].

@@ -29,7 +29,7 @@ mod pins;
 mod pores;
 
 use sazanami_numerics::domain::{Domain, GhostRules};
-use sazanami_numerics::grid::Field;
+use sazanami_numerics::grid::{Field, Grid};
 use sazanami_numerics::{Real, Vector};
 
 use crate::boundary::Boundary;
@@ -298,9 +298,9 @@ impl SurfaceTension {
     /// (Brackbill et al. 1992; `dt < sqrt((rho_l + rho_g) dx^3 / (4 pi sigma))`), nor one that an entry pressure drives ([`entry_rate`]).
     #[must_use]
     pub fn rate(&self, domain: &Domain, fluids: &Fluids) -> Real {
-        let (spacing, cells) = (domain.grid().spacing, domain.grid().cells);
-        let of_pores = self.pores.as_ref().map_or(0.0, |pores| entry_rate(pores.pressure(), fluids, spacing, cells));
-        capillary_rate(self.coefficient, fluids, spacing, cells).max(of_pores)
+        let grid = domain.grid();
+        let of_pores = self.pores.as_ref().map_or(0.0, |pores| entry_rate(pores.pressure(), fluids, grid));
+        capillary_rate(self.coefficient, fluids, grid).max(of_pores)
     }
 
     /// Finds curvature and jump of the liquid in `flow`, ghosts of the liquid fraction filled; within what grains cover whole there is no
@@ -431,7 +431,7 @@ impl SurfaceTension {
     /// Counts what the curvature was found from, where it is not that of the cells around.
     fn count(&mut self, domain: &Domain) {
         let (kappa, weight, rows) = (self.found.kappa.data(), self.found.weight.data(), &self.rows[0]);
-        let largest = largest_curvature(domain.grid().spacing);
+        let largest = largest_curvature(domain.grid());
         let covers = self.continued.as_ref().map(Continued::covers);
         let is_cut = |at: usize| covers.is_some_and(|alpha| 1.0 - alpha[at] < TELLS);
         let counts = domain.sum_rows(&domain.interior(), |row| {
@@ -587,12 +587,10 @@ impl SurfaceTension {
     }
 }
 
-/// Reciprocal of the longest step that resolves the shortest capillary waves on a grid of `cells` with this `spacing` \[m] [1/s].
+/// Reciprocal of the longest step that resolves the shortest capillary waves on a grid [1/s].
 #[must_use]
-pub fn capillary_rate(coefficient: Real, fluids: &Fluids, spacing: Vector, cells: [usize; 3]) -> Real {
-    // A direction of one cell has no waves.
-    let edges = (0..3).filter(|&d| cells[d] > 1).map(|d| spacing[d]);
-    let edge = edges.reduce(Real::min).unwrap_or_else(|| spacing.min_element());
+pub fn capillary_rate(coefficient: Real, fluids: &Fluids, grid: &Grid) -> Real {
+    let [edge, _] = grid.divided_edges();
     let density = fluids.liquid_density + fluids.gas_density;
     (4.0 * std::f64::consts::PI * coefficient / (density * edge.powi(3))).sqrt()
 }

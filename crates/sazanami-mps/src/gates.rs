@@ -179,7 +179,7 @@ mod tests {
     fn both_ends_of_a_pair_see_the_same_plate() {
         let mut gate = gate();
         gate.put(1.25, 6.0);
-        let mut random = sazanami_dem::Random::new(3);
+        let mut random = sazanami_numerics::Random::new(3);
         let mut place = || Vector::new(random.between(4.0, 6.0), 0.0, random.between(0.0, 1.0));
         let mut seen = [0; 4];
         for _ in 0..10_000 {

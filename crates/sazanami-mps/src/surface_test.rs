@@ -106,7 +106,7 @@ mod tests {
     use super::*;
     use crate::moments;
     use crate::scheme::{Kernel, Scheme};
-    use sazanami_dem::Random;
+    use sazanami_numerics::Random;
 
     /// Number density and asymmetry over n0 at a place among particles of unit spacing.
     fn sums(kernel: &Kernel, at: Vector, particles: &[Vector]) -> (Real, Vector) {

@@ -19,8 +19,11 @@ pub mod linear;
 pub mod mean_flow;
 mod named_vectors;
 pub mod particles;
+mod random;
 pub mod snapshot;
 pub mod spline;
+
+pub use random::Random;
 
 /// Floating-point type of every physical quantity.
 pub type Real = f64;

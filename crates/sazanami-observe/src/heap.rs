@@ -290,6 +290,7 @@ mod tests {
 
     use super::*;
     use crate::bed::test_bed::Bed;
+    use sazanami_numerics::Random;
 
     const HALF: Real = 20.0;
     const HEAP: HeapSettings = HeapSettings {
@@ -305,12 +306,6 @@ mod tests {
 
     fn measured(bed: &Bed, settings: &HeapSettings) -> Result<Heap, HeapError> {
         bed.view(|view| Heap::of(view, settings))
-    }
-
-    /// A reproducible number from -0.5 to 0.5.
-    fn scatter(seed: &mut u64) -> Real {
-        *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (*seed >> 33) as Real / Real::from(1_u32 << 31) - 0.5
     }
 
     #[test]
@@ -361,8 +356,8 @@ mod tests {
     #[test]
     fn a_flat_bed_has_no_angle() {
         let mut bed = Bed::columns(1.0, HALF, 3, |_| 5.0);
-        let mut seed = 1;
-        bed.position.iter_mut().for_each(|position| position.z += scatter(&mut seed));
+        let mut random = Random::new(1);
+        bed.position.iter_mut().for_each(|position| position.z += random.between(-0.5, 0.5));
         for shape in [HeapShape::Cone, HeapShape::Ridge] {
             let flat = measured(&bed, &HeapSettings { shape, ..HEAP });
             assert!(matches!(flat, Err(HeapError::Flat { .. })), "{flat:?}");
@@ -415,9 +410,9 @@ mod tests {
         let (mut found, mut said) = (Vec::new(), 0.0);
         let count = 24;
         for heap in 0..count {
-            let mut seed = 77 + heap;
+            let mut random = Random::new(77 + heap);
             let mut bed = Bed::columns(1.0, HALF, 3, |r| (18.0 - r).max(0.0) * degrees.to_radians().tan());
-            bed.position.iter_mut().for_each(|position| position.z += 2.0 * scatter(&mut seed));
+            bed.position.iter_mut().for_each(|position| position.z += random.between(-1.0, 1.0));
             let heap = measured(&bed, &HEAP).unwrap();
             found.push(heap.angle.to_degrees());
             said += heap.uncertainty.to_degrees() / count as Real;

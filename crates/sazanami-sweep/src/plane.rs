@@ -113,7 +113,7 @@ mod tests {
     #[test]
     fn noise_determines_no_key() {
         // Two thousand calibrations of points that nothing but noise tells apart: one in 20 is taken for more.
-        let mut random = sazanami_dem::Random::new(7);
+        let mut random = sazanami_numerics::Random::new(7);
         let mut drawn = || (0..12).map(|_| random.unit()).sum::<f64>() - 6.0;
         // Two points of three seeds, as in a first simplex: the error is estimated from four degrees of freedom.
         let places: [&[f64]; 2] = [&[0.3], &[0.7]];

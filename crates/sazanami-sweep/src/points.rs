@@ -1,6 +1,6 @@
 //! Points of a sweep from the choices of its keys.
 
-use sazanami_dem::Random;
+use sazanami_numerics::Random;
 
 use crate::keys::{Between, Choices, Design, Key, Setting};
 

@@ -4,9 +4,8 @@
 
 use std::borrow::Cow;
 
-use sazanami::stop::Stop;
-
 use crate::cases::moving_particles;
+pub use crate::cases::whole_run::Manner;
 use crate::expected::Expected;
 use crate::measured::{Measured, Outcome};
 use crate::posed::Posed;
@@ -28,13 +27,13 @@ pub struct Case {
 pub type Program = fn() -> Result<Vec<Measured>, String>;
 
 impl Case {
-    /// Runs and measures it; its runs end early once `stop` is set.
+    /// Runs and measures it.
     ///
     /// # Errors
     /// Why it cannot be measured.
-    pub fn measure(&self, expected: &Expected, stop: &Stop) -> Result<Outcome, String> {
+    pub fn measure(&self, expected: &Expected, manner: Manner<'_>) -> Result<Outcome, String> {
         match (&self.posed, self.program) {
-            (Some(posed), _) => posed.measure(self.name, expected, stop),
+            (Some(posed), _) => posed.measure(self.name, expected, manner),
             (None, Some(program)) => Outcome::of(program()?),
             (None, None) => Ok(Outcome::default()),
         }

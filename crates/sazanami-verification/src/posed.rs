@@ -5,12 +5,11 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
 
-use sazanami::stop::Stop;
 use sazanami_numerics::Real;
 use sazanami_posing::case::meaning::ProbePlace;
 use sazanami_posing::case::{self, LoadedCase};
 
-use crate::cases::whole_run::WholeRun;
+use crate::cases::whole_run::{Manner, WholeRun};
 use crate::expected::{Curves, Expected, Other, Quantity, Run, Taken};
 use crate::measured::{Chart, Outcome};
 use crate::value::{Beside, Columns, Course, Function, order};
@@ -62,15 +61,14 @@ impl Posed {
         runs.iter().map(load).collect()
     }
 
-    /// Runs the case `name`, until `stop` is set, and takes the values and curves that are declared.
+    /// Runs the case `name` and takes the values and curves that are declared.
     ///
     /// # Errors
     /// Why a run ended early, or a value cannot be had.
-    pub fn measure(&self, name: &str, expected: &Expected, stop: &Stop) -> Result<Outcome, String> {
+    pub fn measure(&self, name: &str, expected: &Expected, manner: Manner<'_>) -> Result<Outcome, String> {
         let mut runs = Vec::new();
         for (n, (run, loaded)) in self.loaded(expected)?.into_iter().enumerate() {
-            let whole = WholeRun::of(&format!("{name}-{n}"), &loaded, stop)
-                .map_err(|problem| format!("run `{run}`: {problem}"))?;
+            let whole = WholeRun::of(name, n, &loaded, manner).map_err(|problem| format!("run `{run}`: {problem}"))?;
             runs.push(Finished { name: run, loaded, whole });
         }
         let mut values: BTreeMap<&str, Real> = BTreeMap::new();
@@ -220,6 +218,8 @@ impl Finished {
 
 #[cfg(test)]
 mod tests {
+    use sazanami::stop::Stop;
+
     use super::*;
 
     /// A ball in a void, thrown upwards; it comes back after 2 v/g.
@@ -311,7 +311,7 @@ reference = "exact"
     fn a_ball_thrown_upwards_is_measured_as_declared() {
         let posed = Posed { case: BALL.into(), others: &[], reference: "t,z\n0,0.5\n0.3,0.95\n0.6,0.5\n".into() };
         let expected = Expected::parse(EXPECTED).unwrap();
-        let outcome = posed.measure("thrown-ball", &expected, &Stop::new()).unwrap();
+        let outcome = posed.measure("thrown-ball", &expected, Manner::passing(&Stop::new())).unwrap();
         let rows = crate::judge::judge("thrown-ball", &expected, &outcome);
         assert!(rows.iter().all(|row| !row.verdict.is_bad()), "{}", crate::verify::table(&rows));
         assert_eq!(outcome.curves[0].series.len(), 3);
@@ -328,7 +328,8 @@ reference = "exact"
             assert!(Expected::parse(&EXPECTED.replacen(from, to, 1)).is_err(), "{to}");
         }
         let missing = EXPECTED.replace("value = \"max(position_3)\"", "value = \"max(position_4)\"");
-        let refused = |text: &str| posed.measure("thrown-ball", &Expected::parse(text).unwrap(), &Stop::new());
+        let refused =
+            |text: &str| posed.measure("thrown-ball", &Expected::parse(text).unwrap(), Manner::passing(&Stop::new()));
         assert!(refused(&missing).unwrap_err().contains("position_4"));
         // Times beyond the end of the run, beside a reference.
         let taken = "value = \"largest(position_3)\"";

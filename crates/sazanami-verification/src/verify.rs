@@ -17,7 +17,7 @@ use sazanami_numerics::Real;
 use sazanami_parallel::{Processes, with_threads};
 use serde::{Deserialize, Serialize};
 
-use crate::catalogue::Case;
+use crate::catalogue::{Case, Manner};
 use crate::expected::Expected;
 use crate::judge::{Row, judge, number, tally};
 use crate::measured::Outcome;
@@ -41,6 +41,8 @@ pub struct Choice {
     pub expected: Option<PathBuf>,
     /// Cases at a time, each on one thread; 0 for as many as there are processors.
     pub jobs: usize,
+    /// A folder in which the runs are kept, as [`Manner::keep`].
+    pub keep: Option<PathBuf>,
 }
 
 /// A case that was run and judged.
@@ -122,11 +124,11 @@ pub fn verify(
     progress: &mut dyn Progress,
     stop: &Stop,
 ) -> Result<Vec<Judged>, CommandError> {
-    Ok(all_of(chosen(cases, choice)?, choice.jobs, progress, stop))
+    Ok(all_of(chosen(cases, choice)?, choice.jobs, progress, Manner { stop, keep: choice.keep.as_deref() }))
 }
 
 /// Runs a `queue` of cases, so many at a time; they come back in its order.
-fn all_of(mut queue: Vec<Job>, jobs: usize, progress: &mut dyn Progress, stop: &Stop) -> Vec<Judged> {
+fn all_of(mut queue: Vec<Job>, jobs: usize, progress: &mut dyn Progress, manner: Manner<'_>) -> Vec<Judged> {
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let jobs = if jobs == 0 { cores } else { jobs }.min(queue.len()).max(1);
     queue.iter_mut().enumerate().for_each(|(place, job)| job.place = place);
@@ -137,7 +139,7 @@ fn all_of(mut queue: Vec<Job>, jobs: usize, progress: &mut dyn Progress, stop: &
     let mut found = std::thread::scope(|scope| {
         for _ in 0..jobs {
             let (send, queue) = (send.clone(), &queue);
-            scope.spawn(move || work(queue, &send, stop));
+            scope.spawn(move || work(queue, &send, manner));
         }
         drop(send);
         follow(&news, &labels, progress)
@@ -168,12 +170,12 @@ pub fn verify_on(
         }
     }
     let sent = |share: &Share| share.jobs.iter().map(Sent::of).collect();
-    let order = Order { shares: shares.iter().map(sent).collect(), jobs: choice.jobs };
+    let order = Order { shares: shares.iter().map(sent).collect(), jobs: choice.jobs, keep: choice.keep.clone() };
     let text = serde_json::to_string(&order).map_err(|error| CommandError::Undone(error.to_string()))?;
     let mut shares = shares.into_iter().map(|share| share.jobs);
     let own = shares.next().unwrap_or_default();
     let (mut found, others) = followers::share_work::<Vec<Found>, _>(processes, &format!("{ORDER}{text}"), || {
-        all_of(own, choice.jobs, progress, stop)
+        all_of(own, choice.jobs, progress, Manner { stop, keep: choice.keep.as_deref() })
     });
     let mut others: Vec<Found> = others.into_iter().flatten().collect();
     for job in shares.flatten() {
@@ -200,11 +202,12 @@ struct Share {
 /// Begins the order to run cases.
 const ORDER: &str = "verify ";
 
-/// Cases of each rank, and how many of them it runs at a time.
+/// Cases of each rank, how many of them it runs at a time, and where their runs are kept.
 #[derive(Debug, Serialize, Deserialize)]
 struct Order {
     shares: Vec<Vec<Sent>>,
     jobs: usize,
+    keep: Option<PathBuf>,
 }
 
 /// A case with the texts that judge and pose it: they may be of a folder that rank 0 alone was told of or sees.
@@ -249,7 +252,8 @@ pub fn follow_order(processes: &Processes, cases: &[Case], order: &str, stop: &S
     let Some(Ok(order)) = order.strip_prefix(ORDER).map(serde_json::from_str::<Order>) else { return };
     let share = order.shares.into_iter().nth(processes.rank()).unwrap_or_default();
     let queue = share.into_iter().filter_map(|sent| sent.job(cases)).collect();
-    let found = all_of(queue, order.jobs, &mut Silent, stop).into_iter().map(|judged| Found {
+    let manner = Manner { stop, keep: order.keep.as_deref() };
+    let found = all_of(queue, order.jobs, &mut Silent, manner).into_iter().map(|judged| Found {
         name: judged.name.to_owned(),
         outcome: judged.error.map_or(Ok(judged.outcome), Err),
         seconds: judged.seconds,
@@ -258,21 +262,21 @@ pub fn follow_order(processes: &Processes, cases: &[Case], order: &str, stop: &S
 }
 
 /// Runs jobs until none is left or `stop` is set.
-fn work(queue: &Mutex<VecDeque<Job>>, news: &Sender<News>, stop: &Stop) {
-    while !stop.is_set() {
+fn work(queue: &Mutex<VecDeque<Job>>, news: &Sender<News>, manner: Manner<'_>) {
+    while !manner.stop.is_set() {
         let Some(job) = queue.lock().unwrap_or_else(PoisonError::into_inner).pop_front() else { return };
         let place = job.place;
         let _ = news.send(News::Begun(place));
-        let judged = run(job, stop);
-        let is_cut = judged.error.is_some() && stop.is_set();
+        let judged = run(job, manner);
+        let is_cut = judged.error.is_some() && manner.stop.is_set();
         let _ = news.send(if is_cut { News::Stopped(place) } else { News::Done(place, Box::new(judged)) });
     }
 }
 
-fn run(job: Job, stop: &Stop) -> Judged {
+fn run(job: Job, manner: Manner<'_>) -> Judged {
     let start = Instant::now();
     // A case that breaks off takes no other with it.
-    let measured = catch_unwind(AssertUnwindSafe(|| with_threads(1, || job.case.measure(&job.expected, stop))));
+    let measured = catch_unwind(AssertUnwindSafe(|| with_threads(1, || job.case.measure(&job.expected, manner))));
     let found = match measured {
         Ok(Ok(found)) => found,
         Ok(Err(refused)) => Err(refused.to_string()),

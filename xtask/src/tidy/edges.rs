@@ -23,7 +23,7 @@ const ALLOWED: &[(&str, &str)] = &[
     ("bench", "parallel numerics dem mics mps observe io posing sazanami"),
     ("verification", "parallel numerics dem mics mps observe io posing sazanami"),
     ("report", "numerics io sazanami picture"),
-    ("sweep", "dem io sazanami"),
+    ("sweep", "numerics io sazanami"),
     ("cli", "parallel mpi sazanami picture report sweep bench verification"),
     ("python", "sazanami"),
     ("xtask", "sazanami verification"),

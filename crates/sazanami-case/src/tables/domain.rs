@@ -99,6 +99,12 @@ impl BoxDomain {
         Grid::new(self.cells, self.lower, self.upper)
     }
 
+    /// Shortest and longest edge of a cell among the directions that are divided \[m], as [`Grid::divided_edges`].
+    #[must_use]
+    pub fn divided_edges(&self) -> [Real; 2] {
+        Grid { cells: self.cells, lower: self.lower, spacing: self.spacing() }.divided_edges()
+    }
+
     /// Edges of the box \[m].
     #[must_use]
     pub fn extent(&self) -> Vector {

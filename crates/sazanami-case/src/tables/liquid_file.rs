@@ -72,7 +72,7 @@ impl LiquidFile {
             Ok(None) => {
                 cx.report
                     .error(table.place("file"), "there is less than a cell of liquid in this file")
-                    .label("`liquid_fraction` is zero in all cells, or nearly so")
+                    .label("its liquid fraction is zero in all cells, or nearly so")
                     .help("name the fields of a time at which there is some");
             }
             Err(problem) => {
@@ -108,7 +108,10 @@ fn read(file: &Path, mirrored_in: MirroredIn) -> Result<Option<SampledLiquid>, R
     }
     let cells = edges.map(|n| n as usize);
     let count = cells.iter().product::<usize>();
-    let (fraction, velocity) = (fields.doubles("liquid_fraction")?, fields.doubles("velocity")?);
+    // Beside grains the fraction is that of the open part of a cell, or of what grains cover too.
+    let outside = ["liquid_outside_grains", "liquid_fraction"].into_iter().find(|name| fields.has(name));
+    let fraction = fields.doubles(outside.unwrap_or("liquid_fraction"))?;
+    let velocity = fields.doubles("velocity")?;
     if fraction.len() != count || velocity.len() != 3 * count {
         return Err(damaged("as many values as cells"));
     }

@@ -24,7 +24,8 @@ use crate::words;
     long_about = "Run cases with known results and judge what they measure: value, reference, band and verdict. All of it takes \
                   about 40 minutes on two cores; --long adds what takes longer. Exit code 0 if nothing is worse than recorded in \
                   verification/<case>/expected.toml, 1 on a regression or a miss that is not recorded there. Ctrl-C ends the \
-                  runs of cases: those judged until then are told, with exit code 130.",
+                  runs of cases: those judged until then are told, with exit code 130; with --keep the same command goes on with \
+                  the others.",
     after_help = "Example:\n  sazanami verify layers-at-rest falling-drop --json"
 )]
 pub struct Verify {
@@ -52,6 +53,9 @@ pub struct Verify {
     /// Cases at a time, each on one thread (default: one for each processor)
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     jobs: usize,
+    /// Keep the runs in DIR/<case>, and take or go on with those that are there: of the same case and version
+    #[arg(long, value_name = "DIR")]
+    keep: Option<PathBuf>,
 }
 
 impl Verify {
@@ -59,18 +63,18 @@ impl Verify {
         if self.list {
             return self.print_list();
         }
-        let Self { names, long, subset, json, out, expected, jobs, .. } = self;
-        if let Some(folder) = &out {
+        let Self { names, long, subset, json, out, expected, jobs, keep, .. } = self;
+        for folder in out.iter().chain(&keep) {
             page::make_ready(folder).map_err(|error| {
                 CommandError::input(
                     format!("nothing can be written to `{}`: {error}", folder.display()),
-                    "choose another folder with --out",
+                    "choose another folder",
                 )
             })?;
         }
         let stop = terminal::stop_on_signals_for("ending the runs of cases; once more ends at once", "ended at once")?;
         let mut screen = Screen::new();
-        let mut choice = Choice { names, long, subset, expected, jobs };
+        let mut choice = Choice { names, long, subset, expected, jobs, keep };
         let chosen = verify::count(CASES, &choice)?;
         let found = match processes {
             Some(processes) => {

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 use sazanami_numerics::{Real, Vector};
 
-use crate::random::Random;
+use sazanami_numerics::Random;
 
 /// Part of the space that the balls fill.
 const FILLED: Real = 0.35;

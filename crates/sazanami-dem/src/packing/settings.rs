@@ -9,8 +9,8 @@ use crate::contact::laws::Interactions;
 use crate::engine::{Setup, Substeps};
 use crate::error::DemError;
 use crate::grain::Grain;
-use crate::random::Random;
 use crate::wall::Wall;
+use sazanami_numerics::Random;
 
 choices! {
     /// Layout of the lattice.

@@ -6,7 +6,7 @@ use sazanami_dem::*;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::snapshot::Snapshot;
-use sazanami_numerics::{Quaternion, Real, Vector};
+use sazanami_numerics::{Quaternion, Random, Real, Vector};
 use sazanami_parallel::Solo;
 
 use crate::cloud::{bits_agree, fall};

@@ -1,10 +1,10 @@
 //! A cloud of balls that falls, the same on any ranks and threads and after an interruption.
 
 use sazanami_dem::*;
-use sazanami_numerics::Vector;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::snapshot::Snapshot;
+use sazanami_numerics::{Random, Vector};
 use sazanami_parallel::{Communicator, Solo, run_ranks};
 
 use crate::support::{floor, snapshot_of};

@@ -3,7 +3,7 @@
 use sazanami_dem::*;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
-use sazanami_numerics::{Matrix, Real, Vector};
+use sazanami_numerics::{Matrix, Random, Real, Vector};
 use sazanami_parallel::run_ranks;
 
 fn domain() -> Domain {

@@ -3,7 +3,7 @@
 use sazanami_dem::*;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
-use sazanami_numerics::{Real, Vector};
+use sazanami_numerics::{Random, Real, Vector};
 use sazanami_parallel::{Communicator, Solo, run_ranks, with_threads};
 
 const WIDTH: Real = 8e-3;

@@ -217,7 +217,7 @@ impl ResolvedGrains {
 
     /// Width from which on a grain has this many cells \[m].
     fn least_width(&self, domain: &Domain, cells: Real) -> Real {
-        cells * domain.grid().spacing.max_element() / ROUND_UP
+        cells * domain.grid().divided_edges()[1] / ROUND_UP
     }
 
     /// Force of the fluid on each owned grain in the last step \[N].

@@ -7,6 +7,7 @@
 //! in the cells around it (Popinet 2009, J. Comput. Phys. 228, 5838).
 
 use sazanami_numerics::domain::Domain;
+use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Real, Vector};
 
 use super::columns::HeightColumns;
@@ -23,9 +24,9 @@ pub(super) enum CurvatureSource {
     Fit,
 }
 
-/// Largest curvature on a grid with this `spacing` \[m], that of a sphere of a cell's radius [1/m].
-pub(super) fn largest_curvature(spacing: Vector) -> Real {
-    2.0 / spacing.min_element()
+/// Largest curvature on a grid, that of a sphere of a cell's radius [1/m].
+pub(super) fn largest_curvature(grid: &Grid) -> Real {
+    2.0 / grid.divided_edges()[0]
 }
 
 /// Directions in which a normal has a component, the largest first, and whether it points up them.
@@ -43,13 +44,16 @@ pub(super) struct Surroundings<'a> {
     pub wetting: &'a Wetting,
     pub strides: [isize; 3],
     pub spacing: Vector,
+    /// Largest curvature [1/m].
+    largest: Real,
 }
 
 impl<'a> Surroundings<'a> {
     /// Those of the liquid fraction `c` with these heights.
     pub fn new(domain: &Domain, c: &'a [Real], heights: &'a Heights) -> Self {
-        let (strides, spacing) = (domain.strides(), domain.grid().spacing);
-        Self { c, heights, wetting: heights.wetting(), strides, spacing }
+        let (strides, grid) = (domain.strides(), domain.grid());
+        let largest = largest_curvature(grid);
+        Self { c, heights, wetting: heights.wetting(), strides, spacing: grid.spacing, largest }
     }
 
     /// Whether the interface passes the cell at `at` or lies on one of its faces.
@@ -82,7 +86,7 @@ impl<'a> Surroundings<'a> {
             .and_then(|columns| columns.fit(self.spacing))
             .or_else(|| self.of_heights(at, &cells))
             .or_else(|| self.of_planes(at, &cells))?;
-        let largest = largest_curvature(self.spacing);
+        let largest = self.largest;
         Some((curvature.clamp(-largest, largest), CurvatureSource::Fit))
     }
 

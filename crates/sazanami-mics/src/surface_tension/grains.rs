@@ -52,14 +52,31 @@ const HALVINGS: u32 = 24;
 /// No plane, or none yet: no normal. The last value is then -1 in liquid, 1 in gas, 0 where that is not known.
 const NO_PLANE: f32 = 0.0;
 
-/// Planes in the cells: their unit normals out of the liquid, and the distance of the centre of the cell from them, positive in gas, in
+/// Planes in the cells, in coordinates that count cells: their unit normals out of the liquid, and the distance of the centre of the cell from them, positive in gas, in
 /// cells.
 type Planes = [Field<f32>; 4];
+
+/// Edges of the cells over the shortest: angles are those of space, planes those of the cells.
+#[derive(Clone, Copy)]
+struct Edges(Vector);
+
+impl Edges {
+    /// The direction of a gradient, given in [1/cell], in space [1/shortest edge].
+    fn in_space(self, gradient: Vector) -> Vector {
+        gradient / self.0
+    }
+
+    /// Unit normal in coordinates that count cells of a plane with a normal in space.
+    fn in_cells(self, normal: Vector) -> Option<Vector> {
+        (normal * self.0).try_normalize()
+    }
+}
 
 /// The liquid continued into grains.
 pub(super) struct Continued {
     cosine: Real,
     sine: Real,
+    edges: Edges,
     /// Liquid fraction of whole cells, with that of the planes in grains; all ghosts filled.
     liquid: Field<Real>,
     rules: GhostRules,
@@ -104,6 +121,7 @@ impl Continued {
         Self {
             cosine,
             sine,
+            edges: Edges(domain.grid().spacing / domain.grid().spacing.min_element()),
             liquid: domain.field(0.0),
             rules: boundary.volume_fraction_rules(),
             planes: planes(),
@@ -162,12 +180,13 @@ impl Continued {
 
     /// Finds the planes of cells that tell theirs.
     fn find_planes(&mut self, domain: &Domain, c: &[Real]) {
-        let Self { planes: [p1, p2, p3, p4], solid, rows, cosine, sine, .. } = self;
+        let Self { planes: [p1, p2, p3, p4], solid, rows, cosine, sine, edges, .. } = self;
         let (alpha, strides) = (solid[0].data(), domain.strides());
         let slices = (p1.data_mut(), p2.data_mut(), p3.data_mut(), p4.data_mut());
         domain.for_each_row(&domain.interior(), slices, |row, (p1, p2, p3, p4)| {
             for (i, at) in row.shifted(0).enumerate() {
-                let found = rows.holds(row.j, row.k).then(|| anchor([*cosine, *sine], c, alpha, at, strides)).flatten();
+                let is_near = rows.holds(row.j, row.k);
+                let found = is_near.then(|| anchor([*cosine, *sine], *edges, c, alpha, at, strides)).flatten();
                 [p1[i], p2[i], p3[i], p4[i]] = found.map_or([NO_PLANE; 4], |plane| plane.map(|v| v as f32));
             }
         });
@@ -200,15 +219,16 @@ impl Continued {
         self.fill_planes(domain);
     }
 
-    /// Force of the line of contact on the grains per volume of the cell at `at`, over the surface tension [1/m^2].
+    /// Force of the line of contact on the grains per volume of the cell at `at`, over the surface tension [1/m^2]; `edge` is the shortest of a
+    /// cell \[m].
     fn pull(&self, at: usize, strides: [isize; 3], edge: Real) -> Vector {
         let [alpha, area, _] = self.solid.each_ref().map(Field::data);
         let rise = gradient(alpha, at, strides);
         if area[at] == 0.0 || rise == Vector::ZERO {
             return Vector::ZERO;
         }
-        let out = -rise.normalize();
-        let along = gradient(self.liquid.data(), at, strides).reject_from_normalized(out);
+        let out = -self.edges.in_space(rise).normalize();
+        let along = self.edges.in_space(gradient(self.liquid.data(), at, strides)).reject_from_normalized(out);
         area[at] / edge * (out * (self.sine * along.length()) + along * self.cosine)
     }
 
@@ -286,22 +306,31 @@ fn fraction(plane: [Real; 4], alpha: Real, c: Real) -> Real {
 
 /// The plane at the angle with this cosine and sine in the cell at `at`, if it holds an interface or one lies on a face of it, is open
 /// enough to tell, and lies beside the surface of a grain.
-fn anchor([cosine, sine]: [Real; 2], c: &[Real], alpha: &[Real], at: usize, strides: [isize; 3]) -> Option<[Real; 4]> {
+fn anchor(
+    [cosine, sine]: [Real; 2],
+    edges: Edges,
+    c: &[Real],
+    alpha: &[Real],
+    at: usize,
+    strides: [isize; 3],
+) -> Option<[Real; 4]> {
     let open = 1.0 - alpha[at];
     let is_beside = || around(strides).any(|(_, by)| 1.0 - alpha[moved(at, by)] < TELLS);
     if open < TELLS || !may_have_interface(c, at, strides) || !is_beside() {
         return None;
     }
     let rise = gradient(alpha, at, strides);
-    let out = (rise != Vector::ZERO).then(|| -rise.normalize())?;
-    let across = open_gradient(c, alpha, at, strides).filter(|across| across.length() > STEEP)?;
+    let out = (rise != Vector::ZERO).then(|| -edges.in_space(rise).normalize())?;
+    let across_cells = open_gradient(c, alpha, at, strides).filter(|across| across.length() > STEEP)?;
+    let across = edges.in_space(across_cells);
     let along = across.reject_from_normalized(out);
     let at_surface = (along.length() > PURE).then(|| out * cosine - along.normalize() * sine)?;
-    let normal = at_surface.lerp(-across.normalize(), AROUND).try_normalize()?;
+    let normal = edges.in_cells(at_surface.lerp(-across.normalize(), AROUND))?;
+    let out = -rise.normalize();
     let distance = if (PURE..=1.0 - PURE).contains(&c[at]) {
         distance(normal, out, &[(Vector::ZERO, alpha[at])], c[at] * open)
     } else {
-        let (to, beside) = behind_face(c, at, across, strides)?;
+        let (to, beside) = behind_face(c, at, across_cells, strides)?;
         if 1.0 - alpha[beside] < HOLDS {
             return None;
         }
@@ -483,6 +512,34 @@ mod tests {
                     "{whole} {place}"
                 );
             }
+        }
+    }
+
+    #[test]
+    fn the_angle_is_that_of_space_in_cells_of_any_edges() {
+        let (strides, centre) = ([1, 3, 9], 13);
+        let angle: Real = 1.0;
+        let out = Vector::new(0.3, 0.1, 1.0).normalize();
+        let normal = out * angle.cos() + Vector::X.reject_from_normalized(out).normalize() * angle.sin();
+        let miss = |edges: Vector, taken: Vector| {
+            // A plane with a normal in space cuts all 27 cells; the second holds the middle.
+            let part = |normal: Vector, distance: Real, n: usize| {
+                let x = Vector::new((n % 3) as Real - 1.0, (n / 3 % 3) as Real - 1.0, (n / 9) as Real - 1.0);
+                let of_cells = Edges(edges).in_cells(normal).expect("a normal");
+                below([of_cells.x, of_cells.y, of_cells.z, distance + of_cells.dot(x)])
+            };
+            let alpha: Vec<Real> = (0..27).map(|n| part(out, 0.6, n)).collect();
+            let c: Vec<Real> = (0..27).map(|n| part(normal, 0.0, n)).collect();
+            let cosine_and_sine = [angle.cos(), angle.sin()];
+            let [a, b, d, _] = anchor(cosine_and_sine, Edges(taken), &c, &alpha, centre, strides).expect("a plane");
+            let in_space = (Vector::new(a, b, d) / taken).normalize();
+            in_space.angle_between(normal)
+        };
+        for edges in [Vector::ONE, Vector::new(1.0, 1.0, 2.0), Vector::new(2.0, 1.0, 1.0), Vector::new(1.0, 3.0, 1.5)] {
+            let found = miss(edges, edges);
+            assert!(found < 0.08, "{edges}: {found}");
+            // Negative control: taken for cubes.
+            assert!(edges == Vector::ONE || edges.y == 3.0 || miss(edges, Vector::ONE) > 0.16, "{edges}");
         }
     }
 

@@ -23,7 +23,7 @@
 //! so that its sum is that of `-t_c` to rounding. Sums over cubes are mirrored at the sides of the box in the same way for both.
 
 use sazanami_numerics::domain::{Domain, GhostRules, Range3};
-use sazanami_numerics::grid::Field;
+use sazanami_numerics::grid::{Field, Grid};
 use sazanami_numerics::{Real, Vector};
 
 use super::Ends;
@@ -190,12 +190,11 @@ fn sum_along(domain: &Domain, direction: usize, from: &Field<Real>, into: &mut F
 }
 
 /// Reciprocal of the longest step that follows a front at the edge of a bed, where an entry `pressure` \[Pa] fades within about a cell, on
-/// a grid of `cells` with this `spacing` \[m] [1/s]. The edge acts on the front as a gravity of `p_e/dx` over the densities does: its shortest
+/// a grid [1/s]. The edge acts on the front as a gravity of `p_e/dx` over the densities does: its shortest
 /// wave, of two cells, must not go half a cell in a step.
 #[must_use]
-pub fn entry_rate(pressure: Real, fluids: &Fluids, spacing: Vector, cells: [usize; 3]) -> Real {
-    let edges = (0..3).filter(|&d| cells[d] > 1).map(|d| spacing[d]);
-    let edge = edges.reduce(Real::min).unwrap_or_else(|| spacing.min_element());
+pub fn entry_rate(pressure: Real, fluids: &Fluids, grid: &Grid) -> Real {
+    let [edge, _] = grid.divided_edges();
     (4.0 * pressure.abs() / (std::f64::consts::PI * (fluids.liquid_density + fluids.gas_density))).sqrt() / edge
 }
 

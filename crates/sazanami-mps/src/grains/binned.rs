@@ -245,16 +245,14 @@ mod tests {
     use sazanami_numerics::grid::Grid;
 
     use super::*;
+    use sazanami_numerics::Random;
 
     const RADIUS: Real = 0.3;
 
     /// Points in a box of edge 2 and around it, each with a value.
     fn points() -> Vec<[Real; 4]> {
-        let mut state = 3_u64;
-        let mut random = move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as Real / (1_u64 << 53) as Real
-        };
+        let mut numbers = Random::new(3);
+        let mut random = move || numbers.unit();
         (0..3000).map(|_| [3.0 * random() - 0.5, 1.6 * random(), 3.0 * random() - 0.5, random()]).collect()
     }
 

@@ -10,7 +10,7 @@
 
 use std::f64::consts::TAU;
 
-use sazanami_dem::Random;
+use sazanami_numerics::Random;
 use sazanami_numerics::{Real, Vector};
 
 use super::OverlappingGrains;

@@ -10,7 +10,7 @@ use sazanami_mps::solver::{FluidParticle, Forcing, ParticleSettings, SetupError,
 use sazanami_mps::stability::StepLimits;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
-use sazanami_numerics::{Real, Vector};
+use sazanami_numerics::{Random, Real, Vector};
 use sazanami_parallel::{Communicator, Solo};
 
 /// Particle spacing of the tests \[m].
@@ -162,11 +162,8 @@ pub fn lattice(count: [usize; 3]) -> Vec<FluidParticle> {
 
 /// Moves every particle by up to `part` of a spacing in each direction, always alike.
 pub fn jittered(mut fluid: Vec<FluidParticle>, part: Real) -> Vec<FluidParticle> {
-    let mut state = 7_u64;
-    let mut random = move || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        2.0 * ((state >> 11) as Real / (1_u64 << 53) as Real) - 1.0
-    };
+    let mut numbers = Random::new(7);
+    let mut random = move || numbers.between(-1.0, 1.0);
     for particle in &mut fluid {
         particle.position += part * SPACING * Vector::new(random(), random(), random());
     }

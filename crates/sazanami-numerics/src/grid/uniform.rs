@@ -38,6 +38,15 @@ impl Grid {
         self.spacing * Vector::new(self.cells[0] as Real, self.cells[1] as Real, self.cells[2] as Real)
     }
 
+    /// Shortest and longest edge of a cell among the directions of more than one cell, among all in a single cell \[m]: a slice has nothing to
+    /// resolve along the direction of its one cell.
+    #[must_use]
+    pub fn divided_edges(&self) -> [Real; 2] {
+        let divided = || (0..3).filter(|&d| self.cells[d] > 1).map(|d| self.spacing[d]);
+        let shortest = divided().reduce(Real::min).unwrap_or(self.spacing.min_element());
+        [shortest, divided().reduce(Real::max).unwrap_or(self.spacing.max_element())]
+    }
+
     /// Volume of a cell [m^3].
     #[must_use]
     pub fn cell_volume(&self) -> Real {

@@ -303,6 +303,7 @@ mod tests {
     use sazanami_parallel::run_ranks;
 
     use super::*;
+    use crate::Random;
     use crate::grid::Grid;
 
     /// Numbers of the positions within `radius` of `x`, by the bins or by looking at all.
@@ -320,11 +321,8 @@ mod tests {
     #[test]
     fn a_long_box_has_bins_only_where_there_is_something() {
         let domain = Domain::solo(Grid::new([40_000, 8, 8], Vector::ZERO, Vector::new(40_000.0, 8.0, 8.0)), [false; 3]);
-        let mut state = 7_u64;
-        let mut random = move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as Real / (1_u64 << 53) as Real
-        };
+        let mut numbers = Random::new(7);
+        let mut random = move || numbers.unit();
         let mut positions: Vec<Vector> =
             (0..500).map(|_| Vector::new(9000.0 + 12.0 * random(), 8.0 * random(), 8.0 * random())).collect();
         let mut bins = Bins::default();

@@ -5,29 +5,15 @@ use sazanami_numerics::geometry::{
     VolumeRule,
 };
 use sazanami_numerics::grid::Grid;
-use sazanami_numerics::{Quaternion, Real, Vector};
+use sazanami_numerics::{Quaternion, Random, Real, Vector};
 use sazanami_test_support::allocations_of_thread;
 
 const COLUMNS: VolumeFractionMethod = VolumeFractionMethod::Columns { per_axis: 4 };
 
-/// Equidistributed numbers in [0, 1), fixed.
-struct Sequence(u64);
-
-impl Sequence {
-    fn next(&mut self) -> Real {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as Real / (1_u64 << 53) as Real
-    }
-
-    /// A place within the cell at the middle of the grid and any orientation.
-    fn pose(&mut self, grid: &Grid) -> (Vector, Quaternion) {
-        let place =
-            grid.lower + 0.5 * grid.extent() + grid.spacing * Vector::new(self.next(), self.next(), self.next());
-        let q: Vec<Real> = (0..4)
-            .map(|_| (-2.0 * (1.0 - self.next()).ln()).sqrt() * (std::f64::consts::TAU * self.next()).cos())
-            .collect();
-        (place, Quaternion::from_xyzw(q[0], q[1], q[2], q[3]).normalize())
-    }
+/// A place within the cell at the middle of the grid and any orientation.
+fn pose(random: &mut Random, grid: &Grid) -> (Vector, Quaternion) {
+    let place = Vector::new(random.unit(), random.unit(), random.unit());
+    (grid.lower + 0.5 * grid.extent() + grid.spacing * place, random.orientation())
 }
 
 /// The grid of the paper: 0.192 x 0.184 x 0.189 mm.
@@ -83,11 +69,11 @@ fn every_method_holds_the_exact_volume_and_centre_of_every_shape() {
     let sphere = Shape::sphere(0.52e-3, 2, VolumeRule::Inscribed, &ContactSphereRule::Single).unwrap();
     let shapes = [sphere, paper_grain(), cuboid(Vector::new(0.4e-3, 0.7e-3, 0.5e-3)), tetrahedron(1e-3)];
     let methods = [COLUMNS, VolumeFractionMethod::Columns { per_axis: 3 }, VolumeFractionMethod::Clip];
-    let mut random = Sequence(1);
+    let mut random = Random::new(1);
     for shape in &shapes {
         for method in methods {
             for _ in 0..50 {
-                let (x, q) = random.pose(&grid);
+                let (x, q) = pose(&mut random, &grid);
                 let (covers, imprint) = imprint(method, shape, x, q, &grid);
                 let volume: Real = covers.iter().map(|c| c.fraction * grid.cell_volume()).sum();
                 assert!((volume / shape.volume() - 1.0).abs() < 1e-12);
@@ -108,10 +94,10 @@ fn every_method_holds_the_exact_volume_and_centre_of_every_shape() {
 /// Root mean square over touched cells and poses of the error against exact clipping, with the volume error.
 fn errors(method: VolumeFractionMethod, poses: usize) -> (Real, Real, Real) {
     let (grid, grain) = (paper_grid(), paper_grain());
-    let mut random = Sequence(7);
+    let mut random = Random::new(7);
     let (mut squares, mut cells, mut volume, mut arm) = (0.0, 0.0, 0.0, 0.0);
     for _ in 0..poses {
-        let (x, q) = random.pose(&grid);
+        let (x, q) = pose(&mut random, &grid);
         let (exact, _) = imprint(VolumeFractionMethod::Clip, &grain, x, q, &grid);
         let (found, raw) = imprint(method, &grain, x, q, &grid);
         for cover in &exact {
@@ -156,11 +142,11 @@ fn clipping_is_exact_for_cuboids() {
     let grid = Grid::new([20, 20, 20], Vector::new(-0.3, 0.2, 0.1), Vector::new(1.7, 3.2, 1.6));
     let edges = Vector::new(0.37, 0.52, 0.44);
     let block = cuboid(edges);
-    let mut random = Sequence(3);
+    let mut random = Random::new(3);
     for turn in [Quaternion::IDENTITY, Quaternion::from_rotation_x(std::f64::consts::FRAC_PI_2)] {
         let half = 0.5 * (turn * edges).abs();
         for _ in 0..20 {
-            let (x, _) = random.pose(&grid);
+            let (x, _) = pose(&mut random, &grid);
             let (covers, _) = imprint(VolumeFractionMethod::Clip, &block, x, turn, &grid);
             let mut total = 0.0;
             for cover in &covers {
@@ -197,7 +183,7 @@ fn a_cuboid_on_the_faces_of_cells_fills_them_by_every_method() {
 fn clipping_agrees_with_points_in_the_mesh() {
     // An independent measure: winding numbers of the points of a fine lattice.
     let (grid, grain) = (paper_grid(), paper_grain());
-    let (x, q) = Sequence(11).pose(&grid);
+    let (x, q) = pose(&mut Random::new(11), &grid);
     let (covers, _) = imprint(VolumeFractionMethod::Clip, &grain, x, q, &grid);
     const POINTS: usize = 12;
     let mut squares = 0.0;
@@ -221,7 +207,7 @@ fn clipping_agrees_with_points_in_the_mesh() {
 #[test]
 fn sampling_is_unbiased_over_translations() {
     let (grid, grain) = (paper_grid(), paper_grain());
-    let (base, q) = Sequence(5).pose(&grid);
+    let (base, q) = pose(&mut Random::new(5), &grid);
     let (mut mean, mut rms, mut count) = (0.0, 0.0, 0.0);
     // The lattice of samples repeats four times a cell: translations through one of its periods cover all.
     for n in 0..512 {
@@ -240,7 +226,7 @@ fn sampling_is_unbiased_over_translations() {
 fn a_shift_by_whole_cells_shifts_the_cells() {
     let grain = paper_grain();
     let grid = Grid::new([64, 64, 64], Vector::ZERO, Vector::splat(64.0 * 0.1875e-3));
-    let (x, q) = Sequence(9).pose(&grid);
+    let (x, q) = pose(&mut Random::new(9), &grid);
     let (here, _) = imprint(COLUMNS, &grain, x, q, &grid);
     // Out of the grid altogether: the list goes on outside.
     let (there, _) = imprint(COLUMNS, &grain, x - 50.0 * grid.spacing, q, &grid);
@@ -256,10 +242,10 @@ fn a_shift_by_whole_cells_shifts_the_cells() {
 fn a_grain_that_slips_between_the_samples_is_evaluated_exactly() {
     let grid = Grid::new([4, 4, 4], Vector::ZERO, Vector::ONE);
     let grain = paper_grain_of(20.0);
-    let mut random = Sequence(2);
+    let mut random = Random::new(2);
     let mut fell_back = 0;
     for _ in 0..100 {
-        let (x, q) = random.pose(&grid);
+        let (x, q) = pose(&mut random, &grid);
         let (covers, imprint) = imprint(COLUMNS, &grain, x, q, &grid);
         fell_back += usize::from(imprint.fell_back);
         let volume: Real = covers.iter().map(|c| c.fraction).sum();
@@ -271,8 +257,8 @@ fn a_grain_that_slips_between_the_samples_is_evaluated_exactly() {
 #[test]
 fn the_order_of_calls_leaves_no_trace_and_memory_is_reused() {
     let (grid, grain) = (paper_grid(), paper_grain());
-    let mut random = Sequence(4);
-    let poses: Vec<_> = (0..200).map(|_| random.pose(&grid)).collect();
+    let mut random = Random::new(4);
+    let poses: Vec<_> = (0..200).map(|_| pose(&mut random, &grid)).collect();
     let mut rasteriser = Rasteriser::new(COLUMNS);
     let mut covers = Vec::new();
     for &(x, q) in &poses {
@@ -294,7 +280,7 @@ fn the_order_of_calls_leaves_no_trace_and_memory_is_reused() {
 fn the_surface_in_the_cells_adds_up_to_that_of_the_grain_and_does_not_jump() {
     let (grid, grain) = (paper_grid(), paper_grain());
     let whole = grain.surface().area();
-    let mut random = Sequence(5);
+    let mut random = Random::new(5);
     let areas = |x: Vector, q: Quaternion, with_areas: bool| {
         let mut covers = Vec::new();
         let clip = Rasteriser::new(VolumeFractionMethod::Clip).with_areas(with_areas);
@@ -302,7 +288,7 @@ fn the_surface_in_the_cells_adds_up_to_that_of_the_grain_and_does_not_jump() {
         covers
     };
     for _ in 0..50 {
-        let (x, q) = random.pose(&grid);
+        let (x, q) = pose(&mut random, &grid);
         let covers = areas(x, q, true);
         let sum: Real = covers.iter().map(|cover| cover.area).sum();
         assert!((sum / whole - 1.0).abs() < 1e-6, "{}", sum / whole);
@@ -325,10 +311,10 @@ fn the_surface_in_the_cells_adds_up_to_that_of_the_grain_and_does_not_jump() {
 fn the_sections_of_a_box_across_its_axis_have_the_area_and_the_centre_of_its_end() {
     let (grid, edges) = (paper_grid(), Vector::new(1.1e-3, 0.93e-3, 0.71e-3));
     let block = cuboid(edges);
-    let mut random = Sequence(7);
+    let mut random = Random::new(7);
     for (d, axis) in [Vector::X, Vector::Y, Vector::Z].into_iter().enumerate() {
-        let (x, _) = random.pose(&grid);
-        let q = Quaternion::from_axis_angle(axis, 6.0 * random.next());
+        let (x, _) = pose(&mut random, &grid);
+        let q = Quaternion::from_axis_angle(axis, 6.0 * random.unit());
         let covers_of = |with_areas: bool| {
             let mut covers = Vec::new();
             Rasteriser::new(VolumeFractionMethod::Clip).with_areas(with_areas).imprint(
@@ -367,8 +353,8 @@ fn the_sections_of_a_box_across_its_axis_have_the_area_and_the_centre_of_its_end
 #[ignore = "prints the cost of each method"]
 fn cost() {
     let (grid, grain) = (paper_grid(), paper_grain());
-    let mut random = Sequence(6);
-    let poses: Vec<_> = (0..2000).map(|_| random.pose(&grid)).collect();
+    let mut random = Random::new(6);
+    let poses: Vec<_> = (0..2000).map(|_| pose(&mut random, &grid)).collect();
     for (name, method) in [
         ("columns 3^2", VolumeFractionMethod::Columns { per_axis: 3 }),
         ("columns 4^2", COLUMNS),

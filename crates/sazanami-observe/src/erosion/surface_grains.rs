@@ -214,6 +214,7 @@ impl Bins {
 mod tests {
     use super::*;
     use crate::bed::test_bed::Bed;
+    use sazanami_numerics::Random;
 
     const D: Real = 0.5e-3;
 
@@ -241,11 +242,8 @@ mod tests {
 
     #[test]
     fn groups_are_those_of_all_pairs_on_any_number_of_threads() {
-        let mut state = 7_u64;
-        let mut random = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as Real / (1_u64 << 53) as Real
-        };
+        let mut numbers = Random::new(7);
+        let mut random = move || numbers.unit();
         let bounds: Vec<(Vector, Vector)> = (0..600)
             .map(|_| {
                 let low = 10.0 * Vector::new(random(), random(), random());

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use sazanami_numerics::{Real, Vector};
+use sazanami_numerics::{Random, Real, Vector};
 use sazanami_observe::ripples::{
     BedFormSettings, BedForms, GrainView, ShiftLimits, Sides, SurfaceProfile, TankInside, Unmeasured, bed_surface,
     match_bed, relief,
@@ -11,18 +11,6 @@ use sazanami_observe::ripples::{
 const D: Real = 1e-3;
 /// Grains every 0.95 diameters take up 0.61 of the space.
 const SPACING: Real = 0.95 * D;
-
-/// Numbers from 0 to 1 by lot (xorshift of Marsaglia 2003).
-struct Lot(u64);
-
-impl Lot {
-    fn draw(&mut self) -> Real {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as Real / (1_u64 << 53) as Real
-    }
-}
 
 fn tank(width: Real) -> TankInside {
     TankInside {
@@ -37,7 +25,7 @@ fn tank(width: Real) -> TankInside {
 
 /// Grains below a surface; a place of the lattice that the surface cuts is taken with the chance of its part below.
 fn grains(tank: &TankInside, seed: u64, surface: impl Fn(Real) -> Real) -> Vec<Vector> {
-    let mut lot = Lot(0x9e37_79b9_7f4a_7c15 ^ seed);
+    let mut random = Random::new(seed);
     let count = |length: Real| (length / SPACING) as usize;
     let mut places = Vec::new();
     for i in 0..count(tank.length()) {
@@ -45,9 +33,9 @@ fn grains(tank: &TankInside, seed: u64, surface: impl Fn(Real) -> Real) -> Vec<V
             for k in 0..20 {
                 let [x, y, z] = [i, j, k].map(|n| (n as Real + 0.5) * SPACING);
                 let below = (surface(tank.x[0] + x) - z) / SPACING + 0.5;
-                if lot.draw() < below {
-                    let shake = 0.2 * D * Vector::new(lot.draw() - 0.5, lot.draw() - 0.5, lot.draw() - 0.5);
-                    places.push(Vector::new(tank.x[0] + x, tank.y[0] + y, z) + shake);
+                if random.unit() < below {
+                    let shake = [x, y, z].map(|_| 0.1 * D * random.between(-1.0, 1.0));
+                    places.push(Vector::new(tank.x[0] + x, tank.y[0] + y, z) + Vector::from_array(shake));
                 }
             }
         }

@@ -125,13 +125,13 @@ pub fn surface_tension(case: &Case, domain: &Domain, boundary: &Boundary) -> Opt
     };
     let tension = SurfaceTension::new(domain, boundary, coefficient, Curvature::Found);
     let angle = case.fluid.contact_angle.and_then(|angles| angles.grains).unwrap_or(FRAC_PI_2);
-    let has_wide = has_wide_grains(case, domain.grid().spacing);
+    let has_wide = has_wide_grains(case);
     Some(of_pores(if has_wide { tension.with_angle_on_grains(domain, boundary, angle) } else { tension }))
 }
 
 /// Whether grains may be wide enough on cells of this size \[m] to have a contact angle; the size of a shape from a file is not known yet.
-pub fn has_wide_grains(case: &Case, spacing: Vector) -> bool {
-    let narrow = (1.0 - 1e-9) * WIDE * spacing.max_element();
+pub fn has_wide_grains(case: &Case) -> bool {
+    let narrow = (1.0 - 1e-9) * WIDE * case.domain.divided_edges()[1];
     let may_be_wide =
         |grains: &Population| grains.shape.size().is_none_or(|size| size * grains.sizes().largest() > narrow);
     case.coupling.exchange == Exchange::Surface && case.grains.iter().any(may_be_wide)

@@ -3,13 +3,13 @@
 use std::f64::consts::PI;
 
 use sazanami_dem::{
-    Body, Bridge, Engine, Film, Grain, Interactions, Lattice, LinearSpringDashpot, Motion, PackingSettings, Random,
-    Setup, Softness, Substeps, TILT, Wall,
+    Body, Bridge, Engine, Film, Grain, Interactions, Lattice, LinearSpringDashpot, Motion, PackingSettings, Setup,
+    Softness, Substeps, TILT, Wall,
 };
 use sazanami_io::bed::Bed;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::Shape;
-use sazanami_numerics::{Quaternion, Real, Vector};
+use sazanami_numerics::{Quaternion, Random, Real, Vector};
 
 use crate::case::meaning::{
     BoundarySide, Case, FilmRoughness, Fraction, Gate, GrainPlacement, Packing, PackingStop, Population, Sieve,

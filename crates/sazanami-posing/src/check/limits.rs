@@ -432,10 +432,10 @@ fn of_grid(
         Substeps::Auto => None,
     };
     let travel = travel(widest(case, populations) / spacing.min_element()).min(bounds.courant);
-    let (fluids, cells) = (fluid::fluids(case), case.domain.grid().cells);
+    let (fluids, grid) = (fluid::fluids(case), case.domain.grid());
     let capillary = [
-        fluid::surface_tension_coefficient(case).map_or(0.0, |sigma| capillary_rate(sigma, &fluids, spacing, cells)),
-        fluid::entry_pressure(case).map_or(0.0, |pressure| entry_rate(pressure, &fluids, spacing, cells)),
+        fluid::surface_tension_coefficient(case).map_or(0.0, |sigma| capillary_rate(sigma, &fluids, &grid)),
+        fluid::entry_pressure(case).map_or(0.0, |pressure| entry_rate(pressure, &fluids, &grid)),
     ];
     let rates = match carrying_flow(case) {
         // The solver has the same on its faces, and nothing else limits it.

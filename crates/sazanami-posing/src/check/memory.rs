@@ -101,7 +101,7 @@ fn per_cell(case: &Case, model: &CostModel) -> Real {
         (surfaces, MEMORY_SURFACES + MEMORY_ROOM),
         (implicit && !surfaces, MEMORY_ACCELERATION),
         (tension || pores, MEMORY_TENSION),
-        (tension && has_wide_grains(case, case.domain.spacing()), MEMORY_ANGLE),
+        (tension && has_wide_grains(case), MEMORY_ANGLE),
         (pores, MEMORY_PORES),
     ];
     let extra: Real = asked.iter().filter(|(asked, _)| *asked).map(|(_, bytes)| bytes).sum();

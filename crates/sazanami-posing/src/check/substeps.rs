@@ -140,6 +140,7 @@ mod tests {
     use super::super::population_reports;
     use super::*;
     use crate::assembly::shapes::shape_of;
+    use sazanami_numerics::Random;
 
     /// The contact sub-step that the engine finds for the smallest and the largest grain of each population \[s].
     fn of_engine(case: &Case) -> Real {
@@ -204,11 +205,8 @@ mod tests {
 
     #[test]
     fn check_predicts_the_contact_step_of_random_grains() {
-        let mut state = 2015_u64;
-        let mut random = move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as Real / (1_u64 << 53) as Real
-        };
+        let mut numbers = Random::new(2015);
+        let mut random = move || numbers.unit();
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/both/settling-sphere.toml");
         for _ in 0..12 {
             let mut case = crate::case::load(&path, &[]).unwrap().case;

@@ -213,6 +213,7 @@ impl Search<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sazanami_numerics::Random;
 
     fn hull(grain: usize, middle: Vector, edges: Vector) -> Hull {
         Hull { grain, lower: middle - 0.5 * edges, upper: middle + 0.5 * edges }
@@ -220,11 +221,8 @@ mod tests {
 
     #[test]
     fn pairs_of_boxes_are_those_of_comparing_all() {
-        let mut state = 11_u64;
-        let mut random = move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as Real / (1_u64 << 53) as Real
-        };
+        let mut numbers = Random::new(11);
+        let mut random = move || numbers.unit();
         let mut hulls: Vec<Hull> = (0..400)
             .map(|n| {
                 let middle = Vector::new(10.0 * random(), 10.0 * random(), 10.0 * random());

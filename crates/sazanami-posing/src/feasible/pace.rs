@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use sazanami_dem::Damping;
 use sazanami_dem::impact::ImpactErrors;
 use sazanami_dem::stability::USUAL_ERROR;
+use sazanami_dem::{DEEP_OVERLAP, Damping, LARGEST_OVERLAP};
 use sazanami_mics::stability::Limit;
 use sazanami_numerics::Real;
 
@@ -25,6 +25,8 @@ const SOUND: Real = 1500.0;
 const MOST_STEPS: Real = 1e10;
 /// Most sub-steps of the grains in a run.
 const MOST_SUBSTEPS: Real = 1e12;
+/// Weight of a bed on one contact over that on the contacts of a grain.
+const SHARED_WEIGHT: Real = 5.0;
 /// Passes of the fluid in a fixed step from which on it is said to be long.
 const MANY_PASSES: usize = 10;
 
@@ -45,6 +47,29 @@ fn least_error_kept(case: &Case, populations: &[PopulationReport]) -> Option<Rea
     })
 }
 
+/// How deep the weight of the grains presses a contact, all of it on one, over the radius of the smallest contact sphere, and the softest of the
+/// contacts that bear it.
+fn pressed_by_weight<'case>(case: &'case Case, populations: &[PopulationReport]) -> Option<(Real, &'case PairContact)> {
+    let gravity = case.resting_gravity().length();
+    let pressed = case.grains.iter().zip(populations).filter_map(|(population, report)| {
+        let (size, mass) = (report.size_m?, report.mass_kg?);
+        let body = report.body.as_ref().filter(|_| population.has_free_grains())?;
+        let piled = match population.placement {
+            GrainPlacement::Packed(_) | GrainPlacement::Bed(_) => {
+                let floor = case.domain.extent().x * case.domain.extent().y;
+                (report.levelled.or(report.grains)? as Real * size * size / floor).max(1.0)
+            }
+            _ => 1.0,
+        };
+        let borne = |pair: &&PairContact| pair.a == population.material || pair.b == population.material;
+        let softness = |a: &&PairContact, b: &&PairContact| a.law.normal_stiffness.total_cmp(&b.law.normal_stiffness);
+        let softest = case.contacts.iter().filter(borne).min_by(softness)?;
+        let radius = smallest_sphere(body) * population.sizes().smallest();
+        Some((piled * mass * gravity / (softest.law.normal_stiffness * radius), softest))
+    });
+    pressed.max_by(|(a, _), (b, _)| a.total_cmp(b))
+}
+
 impl Search<'_> {
     /// Refuses runs that cannot come to their end, and warns of steps that are too long.
     pub(super) fn pace(&mut self, facts: &[ShapeFacts], model: &CostModel) {
@@ -57,7 +82,8 @@ impl Search<'_> {
         let populations = population_reports(case, facts);
         self.accuracy(&populations);
         self.crushing(&populations);
-        self.softening(&populations);
+        self.softening();
+        self.springs_bear_the_weight(&populations);
         let pace = Pace::reached(case, &populations, tank.as_ref());
         self.substeps(&populations, &pace);
         if !case.run.packing_only {
@@ -109,51 +135,52 @@ impl Search<'_> {
         }
     }
 
-    /// Refuses springs that are softened in vain, or so far that the bed's weight alone presses its grains too deep by far.
-    fn softening(&mut self, populations: &[PopulationReport]) {
-        let case = self.case;
-        let Some(softening) = case.dem.soften else { return };
+    /// Refuses springs that are softened in vain.
+    fn softening(&mut self) {
+        let Some(softening) = self.case.dem.soften else { return };
         let near = |key: &str| self.loaded.places.near(&format!("dem.soften{key}"));
-        if let Substeps::Fixed(count) = case.dem.substeps {
+        if let Substeps::Fixed(count) = self.case.dem.substeps {
             self.report
                 .error_at(near(""), "softer springs make sub-steps longer, and `substeps` gives their number")
                 .label(format!("`substeps = {count}`"))
                 .help("leave out one of them");
-            return;
-        }
-        if softening.from >= case.run.until {
+        } else if softening.from >= self.case.run.until {
             self.report
                 .warning(near(".from"), "springs are softened after the end of the run")
-                .label(format!("the run ends at {} s", rounded(case.run.until)))
+                .label(format!("the run ends at {} s", rounded(self.case.run.until)))
                 .help("soften them before, or leave out `soften`");
         }
-        let deepest = case.grains.iter().zip(populations).filter_map(|(population, report)| {
-            let (size, mass) = (report.size_m?, report.mass_kg?);
-            let body = report.body.as_ref().filter(|_| population.has_free_grains())?;
-            let piled = match population.placement {
-                GrainPlacement::Packed(_) | GrainPlacement::Bed(_) => {
-                    let floor = case.domain.extent().x * case.domain.extent().y;
-                    (report.levelled.or(report.grains)? as Real * size * size / floor).max(1.0)
-                }
-                _ => 1.0,
-            };
-            let laws =
-                case.contacts.iter().filter(|pair| pair.a == population.material || pair.b == population.material);
-            let radius = smallest_sphere(body) * population.sizes().smallest();
-            let softest = laws.map(|pair| pair.law.normal_stiffness).reduce(Real::min)?;
-            Some(piled * mass * case.resting_gravity().length() / (softening.stiffness * softest * radius))
-        });
-        let deepest = deepest.fold(0.0, Real::max);
-        // All of it on one contact: grains have several.
-        if deepest > 5.0 * softening.largest_overlap {
+    }
+
+    /// Refuses springs, softened or not, that let the weight of the grains alone press them too deep by far, and warns of those that let it press
+    /// them deep.
+    fn springs_bear_the_weight(&mut self, populations: &[PopulationReport]) {
+        let Some((deepest, pair)) = pressed_by_weight(self.case, populations) else { return };
+        let by_radius = |part: Real| format!("{:.1} % of a contact sphere's radius", 1e2 * part);
+        let softening = self.case.dem.soften.filter(|softening| softening.from < self.case.run.until);
+        let (place, help, left, ends) = match softening {
+            Some(soft) => {
+                let place = self.loaded.places.near("dem.soften.stiffness");
+                (place, "leave more of the stiffness", soft.stiffness, soft.largest_overlap)
+            }
+            None => (
+                self.span_of_contact(pair),
+                "take stiffer contacts: grains of sand are given 1e3 to 1e5 N/m",
+                1.0,
+                LARGEST_OVERLAP,
+            ),
+        };
+        let deepest = deepest / left;
+        if deepest > SHARED_WEIGHT * ends {
             self.report
-                .error_at(near(".stiffness"), "so soft springs let the weight of the grains alone press them too deep")
-                .label(format!(
-                    "by some {:.1} % of a contact sphere's radius, where {:.1} % end the run",
-                    1e2 * deepest,
-                    1e2 * softening.largest_overlap
-                ))
-                .help("leave more of the stiffness");
+                .error_at(place, "so soft springs let the weight of the grains alone press them too deep")
+                .label(format!("by some {}, where {:.1} % end the run", by_radius(deepest), 1e2 * ends))
+                .help(help);
+        } else if deepest > SHARED_WEIGHT * DEEP_OVERLAP {
+            self.report
+                .warning(place, "so soft springs let the weight of the grains press them deep")
+                .label(format!("by some {}, all of it on one contact", by_radius(deepest)))
+                .help(help);
         }
     }
 

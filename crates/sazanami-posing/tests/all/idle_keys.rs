@@ -146,3 +146,32 @@ fn a_bed_without_resistance_is_refused() {
     all_reported(false, &[(RIPPLES, "overlap.kozeny=0", "above zero")]);
     assert!(!says(RIPPLES, &["overlap.kozeny=1e-3"], "above zero"));
 }
+
+#[test]
+fn springs_that_the_weight_of_the_grains_presses_deep_are_told() {
+    const PRESSED: &str = "let the weight of the grains press them deep";
+    const FLAT: &str = "let the weight of the grains alone press them too deep";
+    let with = |stiffness: &str| [format!("contact.default.normal_stiffness={stiffness} N/m")];
+    let is_told = |stiffness: &str, what: &str| says(RIPPLES, &with(stiffness).each_ref().map(String::as_str), what);
+    assert!(is_told("0.1", PRESSED) && !is_told("0.1", FLAT));
+    assert!(is_told("1e-3", FLAT) && !is_told("1e-3", PRESSED));
+    assert!(!is_told("200", PRESSED) && !is_told("200", FLAT));
+}
+
+#[test]
+fn cells_in_another_order_than_the_edges_of_the_box_are_told() {
+    const LONG: &str = "times as long as wide";
+    let with = |cells: &str| says(FALLING, &[&format!("domain.cells={cells}")], LONG);
+    assert!(with("[48, 16, 16]"));
+    assert!(!with("[16, 16, 48]") && !with("[1, 16, 48]"));
+}
+
+#[test]
+fn a_box_that_follows_its_liquid_lets_out_what_it_lets_in() {
+    const CLOSED: &str = "the fluid that the liquid falls through cannot leave";
+    for closed in ["slip", "no_slip"] {
+        let side = format!("boundary.x3_upper={closed}");
+        assert!(says(FALLING, &[&side], CLOSED) && says(FALLING, &[&side], "make it `outflow`"), "{closed}");
+    }
+    assert!(!says(FALLING, &[], CLOSED) && says(FALLING, &["boundary.x1=no_slip"], "a wall would fall with the box"));
+}

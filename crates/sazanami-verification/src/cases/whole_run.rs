@@ -1,35 +1,73 @@
-//! A case run whole, into a folder that goes when it is no longer needed.
+//! A case run whole, into a folder that goes when it is no longer needed, or is kept.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use sazanami::analyse::Table;
 use sazanami::progress::Silent;
-use sazanami::run::{RunOptions, run};
+use sazanami::run::{RunOptions, resume, run};
 use sazanami::saved;
 use sazanami::state::{Array, Values, WaterState};
 use sazanami::stop::Stop;
 use sazanami_numerics::Real;
-use sazanami_posing::case::LoadedCase;
+use sazanami_posing::case::{LoadedCase, resolved};
+use serde_json::Value;
 
 /// The table that is made of the files of fields: a row for each, and of an array of the cells the integral over the box of its distance
 /// from the first file.
 const FIELDS: &str = "fields";
 
+/// How the runs of cases are made.
+#[derive(Clone, Copy, Debug)]
+pub struct Manner<'a> {
+    /// Ends them early once it is set.
+    pub stop: &'a Stop,
+    /// Where they are kept, each in `<case>/<number>`; those that are there, of the same case and version of the program, are taken if they have
+    /// finished, or gone on with.
+    pub keep: Option<&'a Path>,
+}
+
+impl<'a> Manner<'a> {
+    /// Runs that are not kept.
+    #[must_use]
+    pub const fn passing(stop: &'a Stop) -> Self {
+        Self { stop, keep: None }
+    }
+}
+
 /// Folder of a finished run.
 pub(crate) struct WholeRun {
     folder: PathBuf,
+    is_kept: bool,
+}
+
+/// The word in which `summary.json` of a folder has the state of its run, if that was of this case and by this version of the program.
+fn status_in(folder: &Path, loaded: &LoadedCase) -> Option<String> {
+    let text = std::fs::read_to_string(folder.join("summary.json")).ok()?;
+    let summary: Value = serde_json::from_str(&text).ok()?;
+    let is_same = summary["case_hash"] == resolved::hash_text(&loaded.case).as_str()
+        && summary["version"] == env!("CARGO_PKG_VERSION");
+    summary["status"].as_str().filter(|_| is_same).map(str::to_owned)
 }
 
 impl WholeRun {
-    /// Runs `loaded` under a `name` of its own, on one thread: several cases share the processors.
+    /// Runs `loaded`, number `n` of the case `name`, on one thread: several cases share the processors.
     ///
     /// # Errors
-    /// If it cannot run, fails, or `stop` is set before its end.
-    pub fn of(name: &str, loaded: &LoadedCase, stop: &Stop) -> Result<Self, String> {
-        let left = Self { folder: std::env::temp_dir().join(format!("sazanami-{name}-{}", std::process::id())) };
-        let out = Some(left.folder.clone());
-        let options = RunOptions { out, force: true, threads: Some(1), ranks: 1, ..RunOptions::default() };
-        let ended = run(loaded, &options, &mut Silent, stop).map_err(|error| error.to_string())?;
+    /// If it cannot run, fails, or is stopped before its end.
+    pub fn of(name: &str, n: usize, loaded: &LoadedCase, manner: Manner<'_>) -> Result<Self, String> {
+        let passing = || std::env::temp_dir().join(format!("sazanami-{name}-{n}-{}", std::process::id()));
+        let folder = manner.keep.map_or_else(passing, |keep| keep.join(name).join(n.to_string()));
+        let left = Self { folder, is_kept: manner.keep.is_some() };
+        let options = RunOptions { threads: Some(1), ranks: 1, ..RunOptions::default() };
+        let ended = match status_in(&left.folder, loaded).as_deref().filter(|_| left.is_kept) {
+            Some("finished") => return Ok(left),
+            Some("running" | "stopped") => resume(&left.folder, &options, &mut Silent, manner.stop),
+            _ => {
+                let options = RunOptions { out: Some(left.folder.clone()), force: true, ..options };
+                run(loaded, &options, &mut Silent, manner.stop)
+            }
+        };
+        let ended = ended.map_err(|error| error.to_string())?;
         if ended.interrupted { Err("it was stopped before its end".into()) } else { Ok(left) }
     }
 
@@ -100,8 +138,10 @@ impl WholeRun {
 
 impl Drop for WholeRun {
     fn drop(&mut self) {
-        // What cannot be removed stays in the folder for such things.
-        let _ = std::fs::remove_dir_all(&self.folder);
+        if !self.is_kept {
+            // What cannot be removed stays in the folder for such things.
+            let _ = std::fs::remove_dir_all(&self.folder);
+        }
     }
 }
 
@@ -121,7 +161,7 @@ mod tests {
     #[test]
     fn a_case_takes_one_thread_and_has_the_values_of_any_number() {
         let loaded = case::parse(Path::new("case.toml"), COLUMN, &[]).unwrap_or_else(|error| panic!("{error}"));
-        let whole = WholeRun::of("one-thread", &loaded, &Stop::new()).unwrap();
+        let whole = WholeRun::of("one-thread", 0, &loaded, Manner::passing(&Stop::new())).unwrap();
         let threads = |folder: &Path| {
             let summary = std::fs::read_to_string(folder.join("summary.json")).unwrap();
             serde_json::from_str::<serde_json::Value>(&summary).unwrap()["machine"]["threads"].clone()
@@ -129,7 +169,7 @@ mod tests {
         let series = |folder: &Path| std::fs::read(folder.join("series.csv")).unwrap();
         assert_eq!(threads(&whole.folder), 1);
         // The control: two threads are told as two, and measure the same.
-        let other = WholeRun { folder: whole.folder.with_extension("two") };
+        let other = WholeRun { folder: whole.folder.with_extension("two"), is_kept: false };
         let options =
             RunOptions { out: Some(other.folder.clone()), force: true, threads: Some(2), ..RunOptions::default() };
         run(&loaded, &options, &mut Silent, &Stop::new()).unwrap_or_else(|error| panic!("{error}"));
@@ -142,14 +182,48 @@ mod tests {
         let stop = Stop::new();
         let left = || {
             let place = std::fs::read_dir(std::env::temp_dir()).unwrap().flatten();
-            let ours = format!("sazanami-stopped-{}", std::process::id());
+            let ours = format!("sazanami-stopped-0-{}", std::process::id());
             place.filter(|entry| entry.file_name().to_string_lossy() == ours).count()
         };
-        let whole = WholeRun::of("stopped", &loaded, &stop).unwrap();
+        let whole = WholeRun::of("stopped", 0, &loaded, Manner::passing(&stop)).unwrap();
         assert_eq!(left(), 1);
         drop(whole);
         stop.set(sazanami::stop::StopCause::Caller);
-        assert!(WholeRun::of("stopped", &loaded, &stop).is_err_and(|error| error.contains("stopped")));
+        assert!(
+            WholeRun::of("stopped", 0, &loaded, Manner::passing(&stop)).is_err_and(|error| error.contains("stopped"))
+        );
         assert_eq!(left(), 0);
+    }
+
+    #[test]
+    fn a_kept_run_is_taken_or_gone_on_with_where_it_is_of_the_same_case() {
+        let keep = std::env::temp_dir().join(format!("sazanami-kept-{}", std::process::id()));
+        let of = |overrides: &[String], stop: &Stop| {
+            let loaded =
+                case::parse(Path::new("case.toml"), COLUMN, overrides).unwrap_or_else(|error| panic!("{error}"));
+            WholeRun::of("column", 3, &loaded, Manner { stop, keep: Some(&keep) }).map(drop)
+        };
+        let folder = keep.join("column/3");
+        let hash = || status_and_hash(&folder).1;
+        let stop = Stop::new();
+        stop.set(sazanami::stop::StopCause::Caller);
+        assert!(of(&[], &stop).is_err());
+        assert_ne!(status_and_hash(&folder).0, "finished");
+        of(&[], &Stop::new()).expect("it goes on");
+        let (first, begun) = (hash(), std::fs::metadata(folder.join("series.csv")).unwrap().modified().unwrap());
+        assert_eq!(status_and_hash(&folder).0, "finished");
+        // It is there: nothing has to run, not even where everything is stopped.
+        of(&[], &stop).expect("it has finished");
+        assert_eq!(std::fs::metadata(folder.join("series.csv")).unwrap().modified().unwrap(), begun);
+        // Negative control: another case is run anew.
+        of(&["gravity=\"1.62 m/s^2\"".to_owned()], &Stop::new()).expect("the case is sound");
+        assert_ne!(hash(), first);
+        std::fs::remove_dir_all(&keep).unwrap();
+    }
+
+    fn status_and_hash(folder: &Path) -> (String, String) {
+        let summary: Value = serde_json::from_slice(&std::fs::read(folder.join("summary.json")).unwrap()).unwrap();
+        let word = |key: &str| summary[key].as_str().unwrap_or_default().to_owned();
+        (word("status"), word("case_hash"))
     }
 }

@@ -1,9 +1,9 @@
 //! The operators on a lattice, on a disordered lattice, and on one that is spread as in a bed.
 
-use sazanami_dem::Random;
 use sazanami_mps::probe::Probe;
 use sazanami_mps::scheme::Scheme;
 use sazanami_mps::weight::{Calibration, Weight};
+use sazanami_numerics::Random;
 use sazanami_numerics::{Real, Vector};
 
 use super::vessel::lattice;

@@ -1,7 +1,8 @@
 //! Grains that are fed in through sides of the box.
 
-use sazanami_dem::{DemError, Engine, Grain, Motion, Random};
+use sazanami_dem::{DemError, Engine, Grain, Motion};
 use sazanami_mps::gates;
+use sazanami_numerics::Random;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
 use sazanami_posing::assembly::grains::{factors, member};

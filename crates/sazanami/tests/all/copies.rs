@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::support::{On, Scratch, go_on, start};
 use sazanami::case::resolved::{self, Paths};
 use sazanami::case::{self, LoadedCase};
+use sazanami_numerics::Random;
 
 /// The shipped cases and templates, those of sweeps left out.
 fn shipped() -> Vec<PathBuf> {
@@ -72,11 +73,8 @@ const CHANGES: &[&str] = &[
 
 #[test]
 fn copies_of_shipped_and_changed_cases_pass_the_check() {
-    let mut state: u64 = 49;
-    let mut next = |count: usize| {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as usize % count
-    };
+    let mut random = Random::new(49);
+    let mut next = |count: usize| random.bits() as usize % count;
     let mut accepted = 0;
     for file in shipped() {
         let text = std::fs::read_to_string(&file).expect("it is readable");

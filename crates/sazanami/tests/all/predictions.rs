@@ -8,7 +8,7 @@ use sazanami::check::{self, CheckReport};
 use sazanami::progress::StepLine;
 use sazanami::run::RunOptions;
 use sazanami_dem::TangentialForce;
-use sazanami_numerics::Real;
+use sazanami_numerics::{Random, Real};
 
 use crate::support::{On, Scratch, foretold, heard, load, owned, start};
 
@@ -115,11 +115,8 @@ fn random_case(number: usize, random: &mut impl FnMut() -> Real) -> LoadedCase {
 #[test]
 fn the_first_step_of_random_cases_is_that_of_check() {
     let folder = Scratch::new("first-step-random");
-    let mut state = 2015_u64;
-    let mut random = move || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as Real / (1_u64 << 53) as Real
-    };
+    let mut numbers = Random::new(2015);
+    let mut random = move || numbers.unit();
     let mut told_apart = 0;
     for number in 0..12 {
         let loaded = random_case(number, &mut random);

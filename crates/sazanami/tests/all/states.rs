@@ -130,6 +130,30 @@ fn where_liquid_has_no_room_nothing_is_reported() {
     assert!(close(left.column("front")[0], 6.65e-3));
 }
 
+#[test]
+fn the_liquid_of_a_file_is_that_outside_its_grains() {
+    let scratch = Scratch::new("states-file");
+    let ball = "liquid.0={ region.sphere = { diameter = \"5 mm\" }, position = [\"4 mm\", \"4 mm\", \"4 mm\"], allow_touching_grains = true }";
+    let inside = "grains.0.placement.list=[{ position = [\"4 mm\", \"4 mm\", \"4 mm\"] }]";
+    let fields = "output.fields={ at = [\"0 s\"] }";
+    for exchange in ["surface", "stress"] {
+        let folder = scratch.join(exchange);
+        let chosen = format!("coupling.exchange={exchange}");
+        ran(HELD, &[ball, inside, fields, &chosen], &folder, On::threads(1));
+        let file = std::fs::read_dir(folder.join("fields")).unwrap().map(|file| file.unwrap().path()).min().unwrap();
+        let text = format!(
+            "[domain]\nsize = [\"8 mm\", \"8 mm\", \"8 mm\"]\ncells = [16, 16, 16]\n[run]\nuntil = \"10 us\"\n[[liquid]]\n\
+             region.file.file = \"{}\"\nposition = [\"4 mm\", \"4 mm\", \"4 mm\"]\nvelocity = [\"0 m/s\", \"0 m/s\", \"-0.5 m/s\"]\n",
+            file.display()
+        );
+        let left = ran(&text, &[], &scratch.join(&format!("{exchange}-taken")), On::threads(1));
+        let volume = left.column("momentum_liquid_3")[0] / (-0.5 * 1000.0);
+        // A ball of 5 mm around one of 3 mm, which with it has a fifth more.
+        let exact = PI / 6.0 * (125.0 - 27.0) * 1e-9;
+        assert!((volume / exact - 1.0).abs() < 0.01, "{exchange}: {volume} beside {exact}");
+    }
+}
+
 /// A layer of held spheres of 1 mm, side by side, with liquid between 0.4 and 0.8 mm, and above them.
 const SOAKED: &str = include_str!("../cases/states-soaked.toml");
 

@@ -1,4 +1,4 @@
-use sazanami_dem::Random;
+use sazanami_numerics::Random;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Grid;
 

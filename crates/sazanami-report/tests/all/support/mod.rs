@@ -6,7 +6,7 @@ use std::path::Path;
 use sazanami_io::vtk::{BodyFile, DataArray, ImageFile, PointFile, PvdSeries, write_bodies, write_image, write_points};
 use sazanami_io::{Bodies, BodyPose, BodySurface};
 use sazanami_numerics::grid::Grid;
-use sazanami_numerics::{Quaternion, Vector};
+use sazanami_numerics::{Quaternion, Random, Vector};
 
 /// Text that a page must not take for its own.
 pub const BAD: &str = "</script><script>document.title='broken'</script><img src=x onerror=alert(1)>";
@@ -16,18 +16,6 @@ const WRITABLE: &str = "a scratch folder takes results";
 
 /// Size of the box \[m].
 const BOX: f64 = 0.03;
-
-/// Even numbers from 0 to 1 that do not repeat (the generator of Steele, Lea and Flood 2014).
-pub struct Random(pub u64);
-
-impl Random {
-    pub fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        (mixed >> 11) as f64 / (1_u64 << 53) as f64
-    }
-}
 
 /// Arrangement of the grains in the box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -97,7 +85,7 @@ fn write_results(
          2026-01-01T00:01:05Z  warning: {BAD}\n"
     );
     fs::write(folder.join("log.txt"), log).expect(WRITABLE);
-    let mut random = Random(7);
+    let mut random = Random::new(7);
     let (mut points, mut images) =
         (PvdSeries::create(&folder.join("grains.pvd")), PvdSeries::create(&folder.join("fields.pvd")));
     write_shape(&folder.join("grains/shape-0.vtp"), lying);
@@ -146,7 +134,7 @@ fn write_shape(path: &Path, lying: Lying) {
 
 fn write_grains(path: &Path, count: usize, random: &mut Random, lying: Lying, moved: Vector) {
     let mut vectors = |scale: f64| -> Vec<Vector> {
-        (0..count).map(|_| scale * Vector::new(random.next(), random.next(), random.next())).collect()
+        (0..count).map(|_| scale * Vector::new(random.unit(), random.unit(), random.unit())).collect()
     };
     let (mut places, speeds, forces, turns) = (vectors(BOX), vectors(1.0), vectors(1e-3), vectors(1.0));
     if lying == Lying::Bed {

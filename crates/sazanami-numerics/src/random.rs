@@ -1,6 +1,6 @@
 //! Random numbers that are the same everywhere: xoshiro256++ seeded by splitmix64 (Blackman and Vigna, 2019).
 
-use sazanami_numerics::{Quaternion, Real};
+use crate::{Quaternion, Real};
 
 /// A generator of random numbers.
 #[derive(Clone, Debug)]
@@ -75,7 +75,7 @@ mod tests {
     fn orientations_have_no_preferred_direction() {
         let mut random = Random::new(1);
         let n = 20_000;
-        let square = (0..n).map(|_| (random.orientation() * sazanami_numerics::Vector::X).z.powi(2)).sum::<Real>();
+        let square = (0..n).map(|_| (random.orientation() * crate::Vector::X).z.powi(2)).sum::<Real>();
         assert!((square / Real::from(n) - 1.0 / 3.0).abs() < 0.01);
     }
 }
