@@ -85,15 +85,15 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
 /// Size of the narrowest grains, if they are narrower than [`WIDE`] cells and their size is known \[m].
 fn narrowest(case: &Case) -> Option<Real> {
     let size = 2.0 * case.smallest_radius();
-    (size < limit(case)).then_some(size)
+    (!has_angle(case, size)).then_some(size)
 }
 
-/// Width from which on grains have an angle \[m].
-fn limit(case: &Case) -> Real {
-    (1.0 - 1e-9) * WIDE * case.domain.divided_edges()[1]
+/// Whether grains of this `size` \[m] have an angle.
+fn has_angle(case: &Case, size: Real) -> bool {
+    case.domain.cells_across(size * (1.0 + 1e-9)) >= WIDE
 }
 
 /// Whether all grains of a population are wide; those of a mesh are read later.
 fn is_wide(case: &Case, grains: &Population) -> bool {
-    grains.shape.size().is_some_and(|size| size * grains.sizes().smallest() >= limit(case))
+    grains.shape.size().is_some_and(|size| has_angle(case, size * grains.sizes().smallest()))
 }

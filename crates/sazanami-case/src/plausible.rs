@@ -147,7 +147,7 @@ fn check_cells(domain: &BoxDomain, cx: &mut Context<'_>) {
         cx.report
             .warning(cx.places.near("domain.cells"), format!("cells {} times as long as wide", rounded(longest / shortest)))
             .label(format!("{} m x {} m x {} m", rounded(spacing.x), rounded(spacing.y), rounded(spacing.z)))
-            .help("give the numbers of cells along x1, x2 and x3 as the edges of the box go: drag, surfaces and the pressure ask for cells about as wide as long");
+            .help("give the numbers of cells along x1, x2 and x3 as the edges of the box go: what is resolved along one direction is seen with the longest edge");
     }
 }
 

@@ -102,7 +102,18 @@ impl BoxDomain {
     /// Shortest and longest edge of a cell among the directions that are divided \[m], as [`Grid::divided_edges`].
     #[must_use]
     pub fn divided_edges(&self) -> [Real; 2] {
-        Grid { cells: self.cells, lower: self.lower, spacing: self.spacing() }.divided_edges()
+        self.unchecked().divided_edges()
+    }
+
+    /// Number of cells across a body of this `width` \[m], as [`Grid::cells_across`].
+    #[must_use]
+    pub fn cells_across(&self, width: Real) -> Real {
+        self.unchecked().cells_across(width)
+    }
+
+    /// The grid of a box that may have no cells.
+    fn unchecked(&self) -> Grid {
+        Grid { cells: self.cells, lower: self.lower, spacing: self.spacing() }
     }
 
     /// Edges of the box \[m].

@@ -42,7 +42,7 @@ const MOST_CELLS: Real = 1e8;
 #[derive(Clone, Debug, PartialEq, Keys)]
 #[keys(check = Self::check)]
 pub struct LiquidFile {
-    /// The file, `fields/fields-*.vti` of the run, relative to the case file; it has `liquid_fraction` and `velocity`.
+    /// The file, `fields/fields-*.vti` of the run, relative to the case file; the liquid in it is that outside grains, with its velocity.
     #[key(example = "drop/fields/fields-000004200.vti")]
     pub file: PathBuf,
     /// Planes of symmetry of that run, in which the body is mirrored.

@@ -53,7 +53,7 @@ pub struct Verify {
     /// Cases at a time, each on one thread (default: one for each processor)
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     jobs: usize,
-    /// Keep the runs in DIR/<case>, and take or go on with those that are there: of the same case and version
+    /// Keep the runs in DIR/<case>, and take or go on with those that are there, of the same case and version (a changed program of the same version is not told apart)
     #[arg(long, value_name = "DIR")]
     keep: Option<PathBuf>,
 }

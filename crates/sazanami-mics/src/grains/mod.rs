@@ -192,9 +192,12 @@ impl ResolvedGrains {
         if !self.has_surfaces() {
             return;
         }
-        let least = self.least_width(domain, cells);
         self.imprint.sum_shares(domain, into, |n, share| {
-            if self.width(n) >= least { Vector::new(share.fraction, share.wetted.into(), 0.0) } else { Vector::ZERO }
+            if self.has_cells(n, domain, cells) {
+                Vector::new(share.fraction, share.wetted.into(), 0.0)
+            } else {
+                Vector::ZERO
+            }
         });
     }
 
@@ -203,21 +206,16 @@ impl ResolvedGrains {
         if !self.has_surfaces() {
             return;
         }
-        let least = self.least_width(domain, cells);
         self.imprint.sum_shares(domain, into, |n, share| {
-            if self.width(n) < least { Vector::X * share.fraction } else { Vector::ZERO }
+            if self.has_cells(n, domain, cells) { Vector::ZERO } else { Vector::X * share.fraction }
         });
     }
 
-    /// Least extent of a grain or ghost \[m].
-    fn width(&self, n: usize) -> Real {
+    /// Whether a grain or ghost has so many cells across its least extent.
+    fn has_cells(&self, n: usize, domain: &Domain, cells: Real) -> bool {
         let grains = self.engine.grains();
-        self.widths[grains.shape[n] as usize] * grains.scale[n]
-    }
-
-    /// Width from which on a grain has this many cells \[m].
-    fn least_width(&self, domain: &Domain, cells: Real) -> Real {
-        cells * domain.grid().divided_edges()[1] / ROUND_UP
+        let width = self.widths[grains.shape[n] as usize] * grains.scale[n];
+        domain.grid().cells_across(width * ROUND_UP) >= cells
     }
 
     /// Force of the fluid on each owned grain in the last step \[N].

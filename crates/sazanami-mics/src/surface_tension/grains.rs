@@ -52,8 +52,8 @@ const HALVINGS: u32 = 24;
 /// No plane, or none yet: no normal. The last value is then -1 in liquid, 1 in gas, 0 where that is not known.
 const NO_PLANE: f32 = 0.0;
 
-/// Planes in the cells, in coordinates that count cells: their unit normals out of the liquid, and the distance of the centre of the cell from them, positive in gas, in
-/// cells.
+/// Planes in the cells, in coordinates that count cells: their unit normals out of the liquid, and the distance of the centre of the cell from
+/// them, positive in gas.
 type Planes = [Field<f32>; 4];
 
 /// Edges of the cells over the shortest: angles are those of space, planes those of the cells.
@@ -477,7 +477,10 @@ fn area(polygon: &[[Real; 2]]) -> Real {
 
 #[cfg(test)]
 mod tests {
+    use sazanami_numerics::grid::Grid;
+
     use super::*;
+    use crate::boundary::Side;
 
     #[test]
     fn the_liquid_of_an_open_part_gives_the_plane_back() {
@@ -540,6 +543,45 @@ mod tests {
             assert!(found < 0.08, "{edges}: {found}");
             // Negative control: taken for cubes.
             assert!(edges == Vector::ONE || edges.y == 3.0 || miss(edges, Vector::ONE) > 0.16, "{edges}");
+        }
+    }
+
+    #[test]
+    fn a_straight_line_of_contact_pulls_as_long_as_it_is_in_cells_of_any_edges() {
+        let (angle, size, floor): (Real, _, _) = (1.0, Vector::new(12.0, 4.0, 12.0), 4.3);
+        let normal = Vector::new(angle.sin(), 0.0, angle.cos());
+        let pull = |cells: [usize; 3]| {
+            let domain = Domain::solo(Grid::new(cells, Vector::ZERO, size), [false, true, false]);
+            let sides = [[Side::Slip; 2], [Side::Periodic; 2], [Side::Slip; 2]];
+            let boundary = Boundary::new(sides).expect("closed");
+            let spacing = domain.grid().spacing;
+            let mut continued = Continued::new(&domain, &boundary, angle);
+            let covered = |k: isize| (floor / spacing.z - k as Real).clamp(0.0, 1.0);
+            continued.place(&domain, |[alpha, area, _]| {
+                domain.set(alpha, |_, _, k| covered(k));
+                let is_cut = |k: isize| covered(k) > 0.0 && covered(k) < 1.0;
+                domain.set(area, |_, _, k| if is_cut(k) { 1.0 / spacing.z } else { 0.0 });
+            });
+            // The liquid behind the plane in the open part of each cell, by 16 x 16 points.
+            let share = |i: isize, _: isize, k: isize| {
+                let points = (0..256).map(|n| [n % 16, n / 16].map(|n| (Real::from(n) + 0.5) / 16.0));
+                let at = points.map(|[x, z]| {
+                    let open = covered(k) + (1.0 - covered(k)) * z;
+                    spacing * Vector::new(i as Real + x, 0.0, k as Real + open) - Vector::new(6.2, 0.0, floor)
+                });
+                at.filter(|at| at.dot(normal) < 0.0).count() as Real / 256.0
+            };
+            let mut c = domain.field(0.0);
+            domain.set(&mut c, share);
+            domain.fill_halos(&mut [(&mut c, &boundary.volume_fraction_rules())]);
+            continued.find(&domain, &c);
+            let mut impulse: [Field<Real>; 3] = std::array::from_fn(|_| domain.field(0.0));
+            continued.add_pull(&domain, 1.0, 1.0, impulse.each_mut())
+        };
+        let exact = size.y * Vector::new(-angle.cos(), 0.0, angle.sin());
+        for cells in [[24, 8, 24], [24, 8, 48], [48, 8, 24], [24, 1, 36]] {
+            let found = pull(cells);
+            assert!((found - exact).length() < 0.15 * exact.length(), "{cells:?}: {found} for {exact}");
         }
     }
 

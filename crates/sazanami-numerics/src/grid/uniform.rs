@@ -47,6 +47,13 @@ impl Grid {
         [shortest, divided().reduce(Real::max).unwrap_or(self.spacing.max_element())]
     }
 
+    /// Number of cells across a body of this `width` \[m]: by the longest edge, but for directions of one cell that the body spans.
+    #[must_use]
+    pub fn cells_across(&self, width: Real) -> Real {
+        let counted = (0..3).filter(|&d| self.cells[d] > 1 || self.spacing[d] > width).map(|d| self.spacing[d]);
+        width / counted.reduce(Real::max).unwrap_or(self.spacing.max_element())
+    }
+
     /// Volume of a cell [m^3].
     #[must_use]
     pub fn cell_volume(&self) -> Real {
@@ -82,5 +89,24 @@ impl Grid {
     pub fn cell_of(&self, position: Vector) -> [isize; 3] {
         let s = ((position - self.lower) / self.spacing).floor();
         [s.x as isize, s.y as isize, s.z as isize]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slice_counts_no_cells_along_the_direction_that_a_body_spans() {
+        let of = |cells: [usize; 3], upper: Vector| Grid::new(cells, Vector::ZERO, upper);
+        let thick = of([100, 1, 100], Vector::new(20.0, 5.0, 20.0));
+        assert_eq!(thick.divided_edges(), [0.2, 0.2]);
+        // Spheres within the slice, and a cylinder that spans it.
+        assert_eq!(thick.cells_across(1.0), 0.2);
+        assert_eq!(thick.cells_across(5.0), 25.0);
+        let thin = of([100, 1, 50], Vector::new(20.0, 0.02, 20.0));
+        assert_eq!((thin.divided_edges(), thin.cells_across(1.6)), ([0.2, 0.4], 4.0));
+        // Control: three divided directions count the longest edge, whatever the body.
+        assert_eq!(of([100, 10, 100], Vector::new(20.0, 5.0, 20.0)).cells_across(1.0), 2.0);
     }
 }

@@ -129,11 +129,11 @@ pub fn surface_tension(case: &Case, domain: &Domain, boundary: &Boundary) -> Opt
     Some(of_pores(if has_wide { tension.with_angle_on_grains(domain, boundary, angle) } else { tension }))
 }
 
-/// Whether grains may be wide enough on cells of this size \[m] to have a contact angle; the size of a shape from a file is not known yet.
+/// Whether grains may be wide enough to have a contact angle; the size of a shape from a file is not known yet.
 pub fn has_wide_grains(case: &Case) -> bool {
-    let narrow = (1.0 - 1e-9) * WIDE * case.domain.divided_edges()[1];
+    let is_wide = |size: Real| case.domain.cells_across(size * (1.0 + 1e-9)) >= WIDE;
     let may_be_wide =
-        |grains: &Population| grains.shape.size().is_none_or(|size| size * grains.sizes().largest() > narrow);
+        |grains: &Population| grains.shape.size().is_none_or(|size| is_wide(size * grains.sizes().largest()));
     case.coupling.exchange == Exchange::Surface && case.grains.iter().any(may_be_wide)
 }
 

@@ -46,7 +46,7 @@ pub(crate) fn exchange_of(case: &Case, shapes: &[ShapeFacts]) -> Option<(Exchang
         own.map_or(Real::INFINITY, |width| width * population.sizes().smallest())
     };
     let narrowest = case.grains.iter().enumerate().map(width).fold(Real::INFINITY, Real::min);
-    let cells = narrowest / case.domain.divided_edges()[1];
+    let cells = case.domain.cells_across(narrowest);
     Some((case.coupling.exchange, cells))
 }
 
@@ -60,7 +60,7 @@ fn population_report(case: &Case, population: &Population, facts: &ShapeFacts) -
         levelled: volumes::levelled(case, population),
         contact_spheres: facts.contact_spheres.or_else(|| spheres_of(population)),
         size_m: size,
-        cells_per_grain: size.map(|size| size / case.domain.divided_edges()[1]),
+        cells_per_grain: size.map(|size| case.domain.cells_across(size)),
         mass_kg: mass_of(case, population, facts.volume),
         shape: facts.lines.clone(),
         face_spheres: body.as_ref().map(|body| body.face().spheres),

@@ -10,7 +10,7 @@ use sazanami_numerics::Real;
 
 use super::Search;
 use crate::assembly::grains::{self, smallest_sphere};
-use crate::case::meaning::{Case, GrainPlacement, PairContact, Solver, Substeps};
+use crate::case::meaning::{Case, GrainPlacement, PairContact, Solver, Substeps, WALL};
 use crate::case::units::rounded;
 use crate::check::{
     Cause, CostModel, LimitReport, OF_PASS, Pace, PopulationReport, ShapeFacts, SubstepCause, TankReport, fall_of,
@@ -51,6 +51,8 @@ fn least_error_kept(case: &Case, populations: &[PopulationReport]) -> Option<Rea
 /// contacts that bear it.
 fn pressed_by_weight<'case>(case: &'case Case, populations: &[PopulationReport]) -> Option<(Real, &'case PairContact)> {
     let gravity = case.resting_gravity().length();
+    let is_there =
+        |material: &str| material == WALL || case.grains.iter().any(|population| population.material == material);
     let pressed = case.grains.iter().zip(populations).filter_map(|(population, report)| {
         let (size, mass) = (report.size_m?, report.mass_kg?);
         let body = report.body.as_ref().filter(|_| population.has_free_grains())?;
@@ -61,11 +63,18 @@ fn pressed_by_weight<'case>(case: &'case Case, populations: &[PopulationReport])
             }
             _ => 1.0,
         };
-        let borne = |pair: &&PairContact| pair.a == population.material || pair.b == population.material;
+        let borne = |pair: &&PairContact| {
+            [&pair.a, &pair.b].contains(&&population.material) && is_there(&pair.a) && is_there(&pair.b)
+        };
+        // Grains that liquid may be around weigh less.
+        let density = case.material(&population.material)?.density;
+        let lifted =
+            if case.liquids.is_empty() || population.mass_override.is_some() { 0.0 } else { case.fluid.liquid.density };
+        let weight = mass * gravity * (1.0 - lifted / density).max(0.0);
         let softness = |a: &&PairContact, b: &&PairContact| a.law.normal_stiffness.total_cmp(&b.law.normal_stiffness);
         let softest = case.contacts.iter().filter(borne).min_by(softness)?;
         let radius = smallest_sphere(body) * population.sizes().smallest();
-        Some((piled * mass * gravity / (softest.law.normal_stiffness * radius), softest))
+        Some((piled * weight / (softest.law.normal_stiffness * radius), softest))
     });
     pressed.max_by(|(a, _), (b, _)| a.total_cmp(b))
 }

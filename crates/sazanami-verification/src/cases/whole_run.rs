@@ -22,7 +22,7 @@ pub struct Manner<'a> {
     /// Ends them early once it is set.
     pub stop: &'a Stop,
     /// Where they are kept, each in `<case>/<number>`; those that are there, of the same case and version of the program, are taken if they have
-    /// finished, or gone on with.
+    /// finished, or gone on with if they can. A program that was changed and has the same version is not told apart.
     pub keep: Option<&'a Path>,
 }
 
@@ -59,15 +59,17 @@ impl WholeRun {
         let folder = manner.keep.map_or_else(passing, |keep| keep.join(name).join(n.to_string()));
         let left = Self { folder, is_kept: manner.keep.is_some() };
         let options = RunOptions { threads: Some(1), ranks: 1, ..RunOptions::default() };
-        let ended = match status_in(&left.folder, loaded).as_deref().filter(|_| left.is_kept) {
+        let gone_on = match status_in(&left.folder, loaded).as_deref().filter(|_| left.is_kept) {
             Some("finished") => return Ok(left),
-            Some("running" | "stopped") => resume(&left.folder, &options, &mut Silent, manner.stop),
-            _ => {
-                let options = RunOptions { out: Some(left.folder.clone()), force: true, ..options };
-                run(loaded, &options, &mut Silent, manner.stop)
-            }
+            // Without a checkpoint that can be read it begins anew.
+            Some("running" | "stopped") => resume(&left.folder, &options, &mut Silent, manner.stop).ok(),
+            _ => None,
         };
-        let ended = ended.map_err(|error| error.to_string())?;
+        let anew = || {
+            let options = RunOptions { out: Some(left.folder.clone()), force: true, ..options };
+            run(loaded, &options, &mut Silent, manner.stop)
+        };
+        let ended = gone_on.map_or_else(anew, Ok).map_err(|error| error.to_string())?;
         if ended.interrupted { Err("it was stopped before its end".into()) } else { Ok(left) }
     }
 
@@ -208,8 +210,14 @@ mod tests {
         let stop = Stop::new();
         stop.set(sazanami::stop::StopCause::Caller);
         assert!(of(&[], &stop).is_err());
-        assert_ne!(status_and_hash(&folder).0, "finished");
+        // Stopped after some steps it goes on with them: begun anew it would have no history.
+        let loaded = case::parse(Path::new("case.toml"), COLUMN, &[]).unwrap_or_else(|error| panic!("{error}"));
+        let some = RunOptions { out: Some(folder.clone()), force: true, steps: Some(2), ..RunOptions::default() };
+        run(&loaded, &some, &mut Silent, &Stop::new()).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(status_and_hash(&folder).0, "stopped");
         of(&[], &Stop::new()).expect("it goes on");
+        let summary: Value = serde_json::from_slice(&std::fs::read(folder.join("summary.json")).unwrap()).unwrap();
+        assert_eq!(summary["history"].as_array().map(Vec::len), Some(1), "{}", summary["history"]);
         let (first, begun) = (hash(), std::fs::metadata(folder.join("series.csv")).unwrap().modified().unwrap());
         assert_eq!(status_and_hash(&folder).0, "finished");
         // It is there: nothing has to run, not even where everything is stopped.

@@ -328,7 +328,8 @@ fn memory_of_the_smoothing_grid_is_counted_with_its_radius() {
     assert!((grown / expected - 1.0).abs() < 1e-3, "{grown} {expected}");
     let allowed = |radius: &str| feasibility(&text, &[wide[0], wide[1], wide[2], &with(radius)], ENOUGH);
     let (found, feasible) = allowed("450 mm");
-    assert!(feasible.is_none() && found[0].contains("`erosion.r_max`"), "{found:#?}");
+    assert!(feasible.is_none() && found.len() == 2 && found[0].contains("`erosion.r_max`"), "{found:#?}");
+    assert!(found[1].contains("times as long as wide"), "{found:#?}");
     // Negative control: a tenth of the radius fits.
     assert!(allowed("45 mm").1.is_some(), "{:#?}", allowed("45 mm").0);
     // A radius beyond the box is refused.
