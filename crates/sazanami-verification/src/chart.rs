@@ -15,7 +15,10 @@ const HEIGHT: Real = 260.0;
 const LEFT: Real = 62.0;
 const BELOW: Real = 62.0;
 const AROUND: Real = 26.0;
-const COLOURS: [&str; 5] = ["#1f5fa8", "#c4451c", "#2d8a4e", "#7b4ea3", "#8a6d1a"];
+const COLOURS: [&str; 8] = ["#1f5fa8", "#c4451c", "#2d8a4e", "#7b4ea3", "#8a6d1a", "#c2327f", "#1793a0", "#4a4a4a"];
+/// Height of a line of the legend, and width of a character in it, wide fonts included [px].
+const LINE: Real = 14.0;
+const CHARACTER: Real = 6.8;
 
 /// The curves of a case, two in a row; without curves the values of its bands.
 #[must_use]
@@ -23,9 +26,9 @@ pub fn figure(curves: &[Chart], rows: &[Row]) -> String {
     if curves.is_empty() { strains(rows) } else { charts(curves) }
 }
 
-fn open(height: Real) -> String {
+fn open(width: Real, height: Real) -> String {
     format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{height}\" viewBox=\"0 0 {WIDTH} {height}\" \
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
          font-family=\"sans-serif\" font-size=\"11\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
     )
 }
@@ -35,14 +38,31 @@ fn escaped(text: &str) -> String {
 }
 
 fn charts(curves: &[Chart]) -> String {
-    let rows = curves.len().div_ceil(2);
-    let mut svg = open(HEIGHT * rows as Real);
-    for (n, chart) in curves.iter().enumerate() {
-        let corner = [(n % 2) as Real * (WIDTH - CHART), (n / 2) as Real * HEIGHT];
-        draw(&mut svg, chart, corner);
+    let (mut drawn, mut top) = (String::new(), 0.0);
+    for row in curves.chunks(2) {
+        for (n, chart) in row.iter().enumerate() {
+            draw(&mut drawn, chart, [n as Real * (WIDTH - CHART), top]);
+        }
+        let lines = row.iter().filter_map(|chart| legend(chart).last().map(|[_, line]| *line)).max().unwrap_or(0);
+        top += HEIGHT + LINE * lines as Real;
     }
-    svg.push_str("</svg>\n");
-    svg
+    format!("{}{drawn}</svg>\n", open(WIDTH, top))
+}
+
+/// Where the name of each series begins: characters from the left of the legend, and its line.
+fn legend(chart: &Chart) -> Vec<[usize; 2]> {
+    let most = ((CHART - LEFT) / CHARACTER) as usize;
+    let (mut from, mut line) = (0, 0);
+    let place = |series: &Series| {
+        let length = series.name.chars().count() + 4;
+        if from > 0 && from + length > most {
+            (from, line) = (0, line + 1);
+        }
+        let place = [from, line];
+        from += length;
+        place
+    };
+    chart.series.iter().map(place).collect()
 }
 
 /// An axis: its ends and its ticks.
@@ -145,8 +165,7 @@ fn draw(svg: &mut String, chart: &Chart, [x0, y0]: [Real; 2]) {
         "<text transform=\"translate({side:.1} {middle:.1}) rotate(-90)\" {CENTRED}>{}</text>",
         escaped(&chart.axes[1])
     ));
-    let mut legend = start;
-    for (n, series) in chart.series.iter().enumerate() {
+    for (n, (series, [from, line])) in chart.series.iter().zip(legend(chart)).enumerate() {
         let colour = COLOURS[n % COLOURS.len()];
         if series.reference {
             for [a, b] in &series.points {
@@ -168,8 +187,8 @@ fn draw(svg: &mut String, chart: &Chart, [x0, y0]: [Real; 2]) {
             ));
         }
         let mark = if series.reference { '\u{25cb}' } else { '\u{2014}' };
-        put(text([legend, low + 44.0], &format!("fill=\"{colour}\""), &format!("{mark} {}", series.name)));
-        legend += 6.2 * (series.name.chars().count() + 4) as Real;
+        let place = [start + CHARACTER * from as Real, low + 44.0 + LINE * line as Real];
+        put(text(place, &format!("fill=\"{colour}\""), &format!("{mark} {}", series.name)));
     }
 }
 
@@ -181,8 +200,8 @@ const LONGEST: usize = 82;
 fn strains(rows: &[Row]) -> String {
     let judged: Vec<&Row> =
         rows.iter().filter(|row| row.measured.is_some() && (row.low, row.high) != (None, None)).collect();
-    let (line, from, to) = (17.0, 446.0, 656.0);
-    let mut svg = open(line * judged.len() as Real + 30.0);
+    let (line, from, to) = (17.0, CHARACTER * LONGEST as Real + 10.0, CHARACTER * LONGEST as Real + 220.0);
+    let mut svg = open(to + 64.0, line * judged.len() as Real + 30.0);
     let [inside, outside, ..] = COLOURS;
     let _ = writeln!(
         svg,
@@ -268,5 +287,21 @@ mod tests {
                 && svg.matches("<circle").count() == 2
                 && svg.ends_with("</svg>\n")
         );
+    }
+
+    #[test]
+    fn a_long_legend_goes_on_in_the_next_line() {
+        let of = |count: usize| {
+            let chart = Chart::new("speed", "t [s]", "u [m/s]");
+            (0..count).fold(chart, |chart, n| chart.computed(&format!("0.8 m/s, bed {n}"), &[[0.0, 0.0], [1.0, 0.5]]))
+        };
+        let places = legend(&of(5));
+        assert_eq!(places.iter().map(|[_, line]| *line).collect::<Vec<_>>(), [0, 0, 1, 1, 2]);
+        assert!(places.iter().all(|[from, _]| CHARACTER * (from + 14) as Real <= CHART - LEFT));
+        // The figure is as much higher; control: two names stand side by side.
+        let height = |count: usize| {
+            figure(&[of(count)], &[]).split("height=\"").nth(1).unwrap().split('"').next().unwrap().to_owned()
+        };
+        assert_eq!((height(5).as_str(), height(2).as_str()), ("288", "260"));
     }
 }

@@ -200,9 +200,13 @@ mod tests {
     #[test]
     fn a_kept_run_is_taken_or_gone_on_with_where_it_is_of_the_same_case() {
         let keep = std::env::temp_dir().join(format!("sazanami-kept-{}", std::process::id()));
-        let of = |overrides: &[String], stop: &Stop| {
-            let loaded =
-                case::parse(Path::new("case.toml"), COLUMN, overrides).unwrap_or_else(|error| panic!("{error}"));
+        let loaded = |overrides: &[&str]| {
+            let overrides = [&["run.until=20 ms"], overrides].concat().into_iter().map(str::to_owned);
+            case::parse(Path::new("case.toml"), COLUMN, &overrides.collect::<Vec<_>>())
+                .unwrap_or_else(|error| panic!("{error}"))
+        };
+        let of = |overrides: &[&str], stop: &Stop| {
+            let loaded = loaded(overrides);
             WholeRun::of("column", 3, &loaded, Manner { stop, keep: Some(&keep) }).map(drop)
         };
         let folder = keep.join("column/3");
@@ -211,9 +215,8 @@ mod tests {
         stop.set(sazanami::stop::StopCause::Caller);
         assert!(of(&[], &stop).is_err());
         // Stopped after some steps it goes on with them: begun anew it would have no history.
-        let loaded = case::parse(Path::new("case.toml"), COLUMN, &[]).unwrap_or_else(|error| panic!("{error}"));
         let some = RunOptions { out: Some(folder.clone()), force: true, steps: Some(2), ..RunOptions::default() };
-        run(&loaded, &some, &mut Silent, &Stop::new()).unwrap_or_else(|error| panic!("{error}"));
+        run(&loaded(&[]), &some, &mut Silent, &Stop::new()).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(status_and_hash(&folder).0, "stopped");
         of(&[], &Stop::new()).expect("it goes on");
         let summary: Value = serde_json::from_slice(&std::fs::read(folder.join("summary.json")).unwrap()).unwrap();
@@ -224,7 +227,7 @@ mod tests {
         of(&[], &stop).expect("it has finished");
         assert_eq!(std::fs::metadata(folder.join("series.csv")).unwrap().modified().unwrap(), begun);
         // Negative control: another case is run anew.
-        of(&["gravity=\"1.62 m/s^2\"".to_owned()], &Stop::new()).expect("the case is sound");
+        of(&["gravity=1.62 m/s^2"], &Stop::new()).expect("the case is sound");
         assert_ne!(hash(), first);
         std::fs::remove_dir_all(&keep).unwrap();
     }
