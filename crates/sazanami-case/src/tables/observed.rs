@@ -145,7 +145,7 @@ pub struct Erosion {
     /// Largest radius, at most from the axis to the farthest corner of a box that has it in its middle.
     #[key(unit = "m", within = cx.known.radii(), default = outer_default(cx), says = "0.45 of the smaller horizontal edge")]
     pub r_max: Real,
-    /// Grains that make the surface of the bed.
+    /// Grains that make the surface in the layers of the paper (`volume_by_layers_mm3`, `profiles.csv`).
     #[key(word, default = CountedGrains::Surface, paper_literal = (Yagyu, CountedGrains::All,
           "the wording counts all grains of a cell, not only those at the surface"))]
     pub mode: CountedGrains,

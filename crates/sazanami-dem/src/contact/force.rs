@@ -133,7 +133,7 @@ fn film_force<const W: usize>(
     let half = c.give * Lanes::splat(dt / ACROSS);
     let most = |l: usize| if film.bounded { 0.5 * FILM_FACTOR / half.0[l] } else { Real::INFINITY };
     let damping = Lanes::from_fn(|l| {
-        wetness.0[l] * (film.damping(-d_n.0[l], speed_n.0[l] * dt, radii.map(|r| r.0[l]))).min(most(l))
+        (wetness.0[l] * film.damping(-d_n.0[l], speed_n.0[l] * dt, radii.map(|r| r.0[l]))).min(most(l))
     });
     // At the time of the places, half a sub-step after that of the velocities.
     let later = Lanes::splat(1.0) + damping * half;

@@ -77,6 +77,34 @@ fn balls_rebound_from_a_wall_as_measured_in_liquids() {
     }
 }
 
+#[test]
+fn a_film_of_little_wetness_is_that_of_a_liquid_as_much_less_viscous() {
+    // Sub-steps in which the film of the whole viscosity is cut to what they bear, and that of a hundredth is not.
+    let thick = Film { bounded: true, ..film(0.5) };
+    let speed = |film: Film, wetness: Real| {
+        let domain = domain();
+        let grain = Grain {
+            mass: Some(mass()),
+            velocity: Vector::new(0.0, 0.0, -SPEED),
+            ..Grain::new(1, 1.0, Vector::new(0.0, 0.0, 1.05 * RADIUS))
+        };
+        let mut engine = Engine::new(&domain, setup(Some(film), floor()), &[grain]).expect("the case is sound");
+        for _ in 0..4 {
+            engine.wetness_mut().fill(wetness);
+            engine.advance(&domain, &Loads::none(), Vector::ZERO, 1e-4, Substeps::Fixed(2)).expect("the case is sound");
+        }
+        engine.grains().velocity[0].z
+    };
+    let thin = Film { viscosity: 0.01 * thick.viscosity, ..thick };
+    let [wet, of_thin, whole] = [speed(thick, 0.01), speed(thin, 1.0), speed(thick, 1.0)];
+    assert!((wet / of_thin - 1.0).abs() < 1e-12, "{wet} {of_thin}");
+    // Controls: the whole film is cut, to less than the hundredfold of the thin one, and does more.
+    assert!(
+        (whole + SPEED) > 1.5 * (of_thin + SPEED) && (whole + SPEED) < 50.0 * (of_thin + SPEED),
+        "{whole} {of_thin}"
+    );
+}
+
 /// Two balls of unlike masses that meet head on, once they are out of the film again: their velocities, what each step left of momentum
 /// and energy, and the largest energy beside that of the start.
 fn meeting(film: Option<Film>) -> ([Real; 2], Real, bool) {
