@@ -223,7 +223,7 @@ mod tests {
     fn pairs_of_boxes_are_those_of_comparing_all() {
         let mut numbers = Random::new(11);
         let mut random = move || numbers.unit();
-        let mut hulls: Vec<Hull> = (0..400)
+        let mut hulls: Vec<Hull> = (0..500)
             .map(|n| {
                 let middle = Vector::new(10.0 * random(), 10.0 * random(), 10.0 * random());
                 // From small to far larger, long ones among them.
@@ -233,7 +233,7 @@ mod tests {
             .collect();
         let meet = |a: &Hull, b: &Hull| a.lower.max(b.lower).cmple(a.upper.min(b.upper)).all();
         let all = hulls.clone();
-        let mut expected: Vec<(usize, usize)> = (0..400).flat_map(|a| (0..a).map(move |b| (b, a))).collect();
+        let mut expected: Vec<(usize, usize)> = (0..500).flat_map(|a| (0..a).map(move |b| (b, a))).collect();
         expected.retain(|&(a, b)| meet(&all[a], &all[b]));
         expected.sort_unstable();
         let mut found = Vec::new();
