@@ -7,6 +7,7 @@ use sazanami_dem::LinearSpringDashpot;
 use sazanami_io::MeasuredProfile;
 use sazanami_io::readings::ReadingsError;
 use sazanami_mics::boundary::FluidName;
+use sazanami_mics::surface_tension::WIDE;
 use sazanami_mics::viscosity::ViscosityScheme;
 use sazanami_mps::boundary::{Side, Tank, WallFriction};
 use sazanami_numerics::mean_flow::{ActsBy, MeanFlowSettings};
@@ -433,6 +434,12 @@ impl Case {
     #[must_use]
     pub fn material(&self, name: &str) -> Option<&Material> {
         self.materials.iter().find(|material| material.name == name)
+    }
+
+    /// Whether grains of this `size` \[m] have the cells across to be met by an interface at an angle ([`WIDE`]).
+    #[must_use]
+    pub fn is_wide(&self, size: Real) -> bool {
+        self.domain.cells_across(size * (1.0 + 1e-9)) >= WIDE
     }
 
     /// Whether a side of the box holds grains back.

@@ -1,7 +1,6 @@
 //! Checks of the entry pressure of beds of narrow grains.
 
 use sazanami_mics::grains::Exchange;
-use sazanami_mics::surface_tension::WIDE;
 use sazanami_numerics::Real;
 
 use crate::case::Case;
@@ -82,18 +81,13 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     }
 }
 
-/// Size of the narrowest grains, if they are narrower than [`WIDE`] cells and their size is known \[m].
+/// Size of the narrowest grains, if they are not wide ([`Case::is_wide`]) and their size is known \[m].
 fn narrowest(case: &Case) -> Option<Real> {
     let size = 2.0 * case.smallest_radius();
-    (!has_angle(case, size)).then_some(size)
-}
-
-/// Whether grains of this `size` \[m] have an angle.
-fn has_angle(case: &Case, size: Real) -> bool {
-    case.domain.cells_across(size * (1.0 + 1e-9)) >= WIDE
+    (!case.is_wide(size)).then_some(size)
 }
 
 /// Whether all grains of a population are wide; those of a mesh are read later.
 fn is_wide(case: &Case, grains: &Population) -> bool {
-    grains.shape.size().is_some_and(|size| has_angle(case, size * grains.sizes().smallest()))
+    grains.shape.size().is_some_and(|size| case.is_wide(size * grains.sizes().smallest()))
 }

@@ -15,7 +15,7 @@ pub use array::DataArray;
 pub use bodies::{BodyFile, write_bodies};
 pub use image::{ImageFile, write_image};
 pub use points::{PointFile, write_points};
-pub use read::{ReadError, Values, VtkFile};
+pub use read::{LIQUID, ReadError, Values, VtkFile};
 pub use series::{PvdSeries, SeriesEntry, read_series};
 
 use std::io;

@@ -264,8 +264,7 @@ impl<'a> Source<'a> {
             let kept: Vec<f64> = places.as_chunks::<3>().0.iter().step_by(every).flatten().copied().collect();
             return Ok(json!({ "count": kept.len() / 3, "particles": pack.push(&self.places(&kept, shift)) }));
         }
-        let name = ["liquid_outside_grains", "liquid_fraction"].into_iter().find(|name| file.has(name));
-        let Some(name) = name else { return Ok(Value::Null) };
+        let Some(name) = file.liquid() else { return Ok(Value::Null) };
         let [x0, n1, y0, n2, z0, n3] = file.numbers::<6>("Piece", "Extent")?;
         let cells = [n1 - x0, n2 - y0, n3 - z0].map(|count| count as usize);
         let values: Vec<f64> = file.array(name)?.into_iter().map(f64::from).collect();

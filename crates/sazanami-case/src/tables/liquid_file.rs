@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use sazanami_case_derive::Keys;
-use sazanami_io::vtk::{ReadError, VtkFile};
+use sazanami_io::vtk::{LIQUID, ReadError, VtkFile};
 use sazanami_numerics::geometry::{PlacedLiquid, SampledCells, SampledLiquid};
 use sazanami_numerics::{Quaternion, Real, Vector, choices};
 
@@ -108,9 +108,8 @@ fn read(file: &Path, mirrored_in: MirroredIn) -> Result<Option<SampledLiquid>, R
     }
     let cells = edges.map(|n| n as usize);
     let count = cells.iter().product::<usize>();
-    // Beside grains the fraction is that of the open part of a cell, or of what grains cover too.
-    let outside = ["liquid_outside_grains", "liquid_fraction"].into_iter().find(|name| fields.has(name));
-    let fraction = fields.doubles(outside.unwrap_or("liquid_fraction"))?;
+    let [_, without_grains] = LIQUID;
+    let fraction = fields.doubles(fields.liquid().unwrap_or(without_grains))?;
     let velocity = fields.doubles("velocity")?;
     if fraction.len() != count || velocity.len() != 3 * count {
         return Err(damaged("as many values as cells"));

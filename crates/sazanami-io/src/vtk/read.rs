@@ -9,6 +9,9 @@ use thiserror::Error;
 use crate::blocks::BLOCK;
 use crate::input::refuse_special;
 
+/// Names of arrays with the liquid of the cells: of files with grains the first, that outside them, is the liquid itself.
+pub const LIQUID: [&str; 2] = ["liquid_outside_grains", "liquid_fraction"];
+
 /// Why a VTK file could not be read.
 #[derive(Debug, Error)]
 pub enum ReadError {
@@ -165,6 +168,12 @@ impl VtkFile {
     #[must_use]
     pub fn has(&self, name: &str) -> bool {
         self.array_tag(name).is_some()
+    }
+
+    /// Name of the array with the liquid of the cells, where there is one: that outside grains rather than its share of the open part.
+    #[must_use]
+    pub fn liquid(&self) -> Option<&'static str> {
+        LIQUID.into_iter().find(|name| self.has(name))
     }
 
     fn array_tag(&self, name: &str) -> Option<&str> {

@@ -10,7 +10,7 @@ use sazanami_mics::flow::{Carrier, Flow, Fluids, Schemes};
 use sazanami_mics::pressure::Tolerance;
 use sazanami_mics::solver::{self, GridSettings, StepError};
 use sazanami_mics::stability::StepLimits;
-use sazanami_mics::surface_tension::{Curvature, SurfaceTension, WIDE};
+use sazanami_mics::surface_tension::{Curvature, SurfaceTension};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::geometry::{RegionFractions, Shape};
 use sazanami_numerics::mean_flow::MeanFlow;
@@ -131,9 +131,8 @@ pub fn surface_tension(case: &Case, domain: &Domain, boundary: &Boundary) -> Opt
 
 /// Whether grains may be wide enough to have a contact angle; the size of a shape from a file is not known yet.
 pub fn has_wide_grains(case: &Case) -> bool {
-    let is_wide = |size: Real| case.domain.cells_across(size * (1.0 + 1e-9)) >= WIDE;
     let may_be_wide =
-        |grains: &Population| grains.shape.size().is_none_or(|size| is_wide(size * grains.sizes().largest()));
+        |grains: &Population| grains.shape.size().is_none_or(|size| case.is_wide(size * grains.sizes().largest()));
     case.coupling.exchange == Exchange::Surface && case.grains.iter().any(may_be_wide)
 }
 

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use sazanami_dem::Motion;
+use sazanami_io::vtk::LIQUID;
 use sazanami_numerics::geometry::Shape;
 use sazanami_numerics::grid::Grid;
 use sazanami_numerics::{Quaternion, Real, Vector};
@@ -146,7 +147,7 @@ fn scene_of(run: &Run, saved: &SavedTime, initial: &mut Option<InitialBed>) -> R
         return Err(undone(format!("the grains at {} s are not those of the case", state.time)));
     }
     let array = |name: &str| arrays.iter().find(|array| array.name == name);
-    let Some(liquid) = array("liquid_outside_grains").or_else(|| array("liquid_fraction")) else { return Ok(None) };
+    let Some(liquid) = LIQUID.into_iter().find_map(array) else { return Ok(None) };
     let bodies: Vec<Body> = shapes.iter().map(Body::of).collect();
     let bed = grains.view(&bodies);
     let surface = erosion_settings(case).map(|settings| {
