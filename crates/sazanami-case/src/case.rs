@@ -33,6 +33,9 @@ const LONGEST_NAME: usize = 200;
 /// Largest gap of a film in cells: at wider ones the cells have the lubrication.
 const FILM_CELLS: Real = 0.5;
 
+/// By how much of a period one may miss a whole part of a longer one.
+const WHOLE: Real = 1e-6;
+
 /// Roughness of grains that say nothing \[m]: beads of glass, steel and plastic of Joseph et al. (2001), J. Fluid Mech. 433, 329, have
 /// some 0.02 to 1 um.
 const ROUGHNESS: Real = 0.3e-6;
@@ -389,21 +392,28 @@ impl Case {
         }
     }
 
-    /// Period of the tank's motion \[s], if it moves in cycles.
+    /// Period of the cycles in which the box is shaken or the flow driven \[s]; of several the longest, if they are whole parts of
+    /// it. `None` where nothing swings, or nothing comes back.
     #[must_use]
     pub fn period(&self) -> Option<Real> {
-        self.frame.as_ref()?.motion.as_ref()?.period()
+        let longest = self.swing_frequencies().reduce(Real::min)?.recip();
+        let parts = self.swing_frequencies().map(|frequency| longest * frequency);
+        parts.into_iter().all(|part| (part - part.round()).abs() < WHOLE).then_some(longest)
     }
 
-    /// Highest frequency \[Hz] at which the box is shaken or the flow driven: of a recorded motion that of its strongest
-    /// harmonic; `None` where nothing swings.
+    /// Highest frequency \[Hz] at which the box is shaken or the flow driven; `None` where nothing swings.
     #[must_use]
     pub fn swing_frequency(&self) -> Option<Real> {
+        self.swing_frequencies().reduce(Real::max)
+    }
+
+    /// Frequencies \[Hz] at which the box is shaken or the flow driven: of a recorded motion that of its strongest harmonic.
+    fn swing_frequencies(&self) -> impl Iterator<Item = Real> {
         let frame = self.frame.as_ref();
         let motion = frame.and_then(|frame| frame.motion.as_ref()?.harmonic()).map(|(_, frequency)| frequency);
         let oscillations = [frame.and_then(|frame| frame.oscillation), self.drive.and_then(|drive| drive.oscillation)];
         let swings = oscillations.into_iter().flatten().filter(|swing| swing.amplitude != Vector::ZERO);
-        swings.map(|swing| swing.frequency).chain(motion).reduce(Real::max)
+        swings.map(|swing| swing.frequency).chain(motion)
     }
 
     /// Reads a profile that was measured at `time` \[s], as seen from the tank; nothing if there is no such file.

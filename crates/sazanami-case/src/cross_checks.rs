@@ -60,6 +60,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     driven::check_fall(case, cx);
     liquids_at_walls::check(case, cx);
     liquids_at_walls::check_beside_gas(case, cx);
+    liquids_at_walls::check_dry_baths(case, cx);
 }
 
 /// Whether gravity, if there is any, points elsewhere than to the floor at x3_lower.

@@ -16,6 +16,8 @@ const DOUBTED: Real = 10.0;
 
 /// Surface tension of water, where the case has none [N/m].
 const WATER: Real = 0.0728;
+/// Longest over shortest edge of cells that count as cubes.
+const LONGEST_CELLS: Real = 1.25;
 /// Porosity of a bed.
 const POROSITY: Real = 0.4;
 
@@ -60,8 +62,18 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     if case.fluid.pressure_form == PressureForm::Incremental {
         cx.report
             .error_at(span.clone(), "an entry pressure and `pressure_form = \"incremental\"`")
-            .label("the increment keeps the jump of the pressure where the interface was")
+            .label("its transport sees the pressure of the step before, which an interface that moves has left behind")
             .help("choose `pressure_form = \"full\"`, or leave out `fluid.entry_pressure`");
+    }
+    let [shortest, longest] = case.domain.divided_edges();
+    if longest > LONGEST_CELLS * shortest {
+        cx.report
+            .error_at(span.clone(), "an entry pressure in cells that are no cubes")
+            .label(format!(
+                "their edges are as 1 to {}: means over five cells each way tell no bed from a grain",
+                rounded(longest / shortest)
+            ))
+            .help("choose `domain.cells` in proportion to the edges of the box, or leave out `fluid.entry_pressure`");
     }
     if case.grains.is_empty() {
         cx.report

@@ -72,6 +72,38 @@ fn places_on_side(case: &Case, liquid: &LiquidRegion, d: usize, upper: usize) ->
     Some((0..PLACES * PLACES).map(place).filter(move |&place| region.contains(place)))
 }
 
+/// Warns of sides along gravity that are open to liquid where none lies before them: what comes in is what stands there.
+pub fn check_dry_baths(case: &Case, cx: &mut Context<'_>) {
+    if case.solver != Solver::Mics {
+        return;
+    }
+    let pull = case.resting_gravity();
+    for (d, upper) in (0..3).flat_map(|d| [(d, 0), (d, 1)]) {
+        let is_bath = matches!(case.boundary[d][upper], BoundarySide::FixedPressure { fluid: FluidName::Liquid, .. });
+        let is_along =
+            (0..3).any(|e| e != d && pull[e].abs() >= pull[d].abs() && pull[e] != 0.0 && !case.periodic()[e]);
+        let mut liquids = case.liquids.iter().filter(|liquid| liquid.fluid == FluidName::Liquid);
+        // Where a liquid above a bed lies is not known yet.
+        let may_lie_there = |liquid: &LiquidRegion| {
+            !matches!(liquid.placement, Placement::Absolute(_))
+                || places_on_side(case, liquid, d, upper).is_some_and(|mut places| places.next().is_some())
+        };
+        if !is_bath || !is_along || liquids.any(may_lie_there) {
+            continue;
+        }
+        let side = SIDE_NAMES[d][upper];
+        cx.report
+            .warning(
+                cx.places.near(&format!("boundary.{side}")),
+                format!("no liquid lies before {side}, which is open to liquid"),
+            )
+            .label(
+                "gas comes in there, with the pressure of that liquid: along gravity it is what stands before a side",
+            )
+            .help(format!("put a `[[liquid]]` before it, or let the liquid in with `{side} = {{ inflow = ... }}`"));
+    }
+}
+
 /// Warns of liquid with surface tension at a side open to gas where gravity does not hold it: gas comes in cell by cell.
 pub fn check_beside_gas(case: &Case, cx: &mut Context<'_>) {
     let has_tension = case.fluid.surface_tension.is_some_and(|sigma| sigma > 0.0);

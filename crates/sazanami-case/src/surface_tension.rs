@@ -52,7 +52,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     if case.fluid.pressure_form == PressureForm::Incremental {
         cx.report
             .error_at(span.clone(), "surface tension and `pressure_form = \"incremental\"`")
-            .label("the increment keeps the jump of the pressure where the interface was")
+            .label("its transport sees the pressure of the step before, which an interface that moves has left behind")
             .help("choose `pressure_form = \"full\"`, or leave out `fluid.surface_tension`");
     }
     if case.fluid.carrying_flow.is_some() {

@@ -35,11 +35,12 @@ named_vectors! {
         gravity_on_grains,
         /// Displaced-mass flux `-sum_k v_k dm_f,k` of the free grains.
         displaced_mass_flux,
-        /// Momentum convected in less that convected out through open sides, that of grains that leave through them, and that of
-        /// clipped residue.
+        /// Momentum convected in less that convected out through open sides, and that of grains that leave or are fed in through them.
         open_sides,
         /// Of the constraints that hold or drive fixed and prescribed grains.
         held_grains,
+        /// Of liquid that is added or taken by clipping, and of what cells without grains are too light to take.
+        residue,
     }
 }
 

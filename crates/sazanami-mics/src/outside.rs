@@ -12,7 +12,8 @@
 //! the grid stays at rest to round-off. Gravity along periodic directions drives the flow and has no part in this.
 //!
 //! Beside a side that is open to gas, liquid counts where it is joined, within the side, to an edge that holds it up. A jet or a drop that
-//! passes through the side has the pressure of the gas around it: outside it falls as it does inside.
+//! passes through the side has the pressure of the gas around it: outside it falls as it does inside. Along a side across which gravity
+//! points more than along it, a top or a floor, nothing stands outside but its fluid.
 
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Field;
@@ -124,7 +125,8 @@ impl Outside {
             let Self { gravity, densities, faces, plane } = self;
             let (gravity, outside) = (*gravity, densities[usize::from(fluid == FluidName::Liquid)]);
             let layout = Layout::of(domain, d, side, gravity);
-            let is_level = gravity[layout.down] == 0.0;
+            // Nothing stands over a top, or below a floor, that is tilted a little.
+            let is_level = gravity[layout.down] == 0.0 || gravity[d].abs() > gravity[layout.down].abs();
             if !is_level {
                 plane.gather(domain, &layout, c);
                 if fluid == FluidName::Gas {

@@ -221,13 +221,25 @@ impl Projection {
         Ok(())
     }
 
-    /// The largest pressure outside an open side \[Pa].
+    /// Pressures outside open sides \[Pa].
+    fn pressures_outside(&self) -> impl Iterator<Item = Real> {
+        self.sides.as_flattened().iter().filter_map(|side| match side {
+            PressureSide::Fixed { pressure, .. } => Some(*pressure),
+            PressureSide::Wall | PressureSide::Periodic => None,
+        })
+    }
+
+    /// The largest of them \[Pa].
     fn largest_pressure(&self) -> Real {
-        let of_side = |side: &PressureSide| match side {
-            PressureSide::Fixed { pressure, .. } => pressure.abs(),
-            PressureSide::Wall | PressureSide::Periodic => 0.0,
-        };
-        self.sides.as_flattened().iter().map(of_side).fold(0.0, Real::max)
+        self.pressures_outside().map(Real::abs).fold(0.0, Real::max)
+    }
+
+    /// By how much they differ, over the shortest edge of the box [Pa/m].
+    pub fn gradient_of_sides(&self, domain: &Domain) -> Real {
+        let (highest, lowest) =
+            (self.pressures_outside().reduce(Real::max), self.pressures_outside().reduce(Real::min));
+        let apart = highest.zip(lowest).map_or(0.0, |(highest, lowest)| highest - lowest);
+        apart / domain.grid().extent().min_element()
     }
 
     /// Projects the velocity of `flow` after a step of `dt` \[s] under `gravity` [m/s^2] in which nothing is transported.
@@ -388,8 +400,7 @@ impl Projection {
 
     /// Adds `factor` \[s] times grad p / rho to `velocity`, with the pressure of the last projection.
     ///
-    /// For incremental projection: -dt adds the old pressure force to the prediction, +dt removes it
-    /// before the faces are interpolated.
+    /// Before a transport that sees the pressure half of the step is added, after it taken back.
     pub fn add_gradient(&self, domain: &Domain, density: &Field<Real>, velocity: &mut [Field<Real>; 3], factor: Real) {
         if factor == 0.0 {
             return;

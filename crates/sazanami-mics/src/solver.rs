@@ -88,8 +88,7 @@ pub struct GridSettings {
     pub limits: StepLimits,
     /// Convergence criterion of the projection.
     pub tolerance: Tolerance,
-    /// Whether the predictor carries the old pressure and the projection its increment: second
-    /// order in time for a single fluid.
+    /// Whether the pressure gradient of the step before acts during the transport: second order in time for a single fluid.
     pub incremental: bool,
 }
 
@@ -215,9 +214,14 @@ impl Solver {
         self.surface_tension().map_or(0.0, |tension| tension.energy(&self.domain, &self.flow))
     }
 
-    /// Limits the length of the first step to `first` \[s], if given.
+    /// Limits the length of the first step to `first` \[s], if given, and to that in which the pressure of open sides sets the fluid going.
     pub fn limit_first_step(&mut self, first: Option<Real>) {
-        self.previous_step = first.map(|first| first / self.settings.limits.growth);
+        let fluids = &self.flow.fluids;
+        let lighter = fluids.liquid_density.min(fluids.gas_density);
+        let pushed = Vector::X * (self.projection.gradient_of_sides(&self.domain) / lighter);
+        let rates = Rates { body_force: body_force_rate(pushed, self.domain.grid().spacing), ..Rates::default() };
+        let pushed = StepLimits { fixed: None, ..self.settings.limits }.choose(&rates, None).dt;
+        self.previous_step = first.map(|first| first.min(pushed) / self.settings.limits.growth);
     }
 
     /// The longest stable next step, the limit that sets it, and the number of fluid passes in it.

@@ -76,7 +76,7 @@ impl Solver {
     fn bear_weight(&mut self, body_force: Vector) {
         let Some(mut flow) = self.mean_flow.filter(MeanFlow::is_net) else { return };
         let [count] = self.sum_over_fluid(|_, _| [1.0]);
-        let [grains, displaced, ..] = self.grains.sums(&self.domain);
+        let [grains, displaced] = self.grains.free_sums(&self.domain);
         let water = self.particle_mass() * count;
         flow.bear(body_force, water + grains, water + self.settings.fluid.density * displaced);
         self.mean_flow = Some(flow);
@@ -121,7 +121,7 @@ impl Solver {
         self.largest_viscosity = report.largest_viscosity;
         self.grains.engine_mut().take_departed(&self.domain)?;
         if let Some(mut flow) = self.mean_flow {
-            let level = flow.above();
+            let level = flow.above() + forcing.wall_displacement.z;
             let [count, x, y, z] = self.sum_over_fluid(|particles, a| {
                 let [x, y, z] = particles.velocity[a].to_array();
                 if particles.position[a].z > level { [1.0, x, y, z] } else { [0.0; 4] }
@@ -133,6 +133,7 @@ impl Solver {
                 momentum += self.settings.fluid.density * Vector::new(x, y, z);
                 moved += self.settings.fluid.density * displaced;
             }
+            momentum -= moved * forcing.wall_velocity;
             report.mean_flow = Some(flow.answer(dt, momentum, moved));
             self.mean_flow = Some(flow);
         }

@@ -80,6 +80,8 @@ const GROUPS: &[Group] = &[
             "impulse_gravity_3",
             "impulse_displaced_mass_flux_3",
             "impulse_open_sides_3",
+            "impulse_held_grains_3",
+            "impulse_residue_3",
             "momentum_residual_3",
         ],
     ),

@@ -15,7 +15,7 @@ use sazanami::stop::Stop;
 use sazanami_io::table::write_json;
 use serde_json::Value;
 
-use crate::keys::{Between, Choices, Design, Setting};
+use crate::keys::{Between, Choices, Design};
 use crate::plan::{Plan, Target};
 use crate::plane::uncertainties;
 use crate::pool::SideBySide;
@@ -329,14 +329,11 @@ impl Search<'_> {
         let uncertainties = self.uncertainties(&state.tried, best);
         let key = |d: usize| {
             let range = self.ranges[d];
-            let setting = range.at(tried.place[d], DIGITS);
-            let step = 1e-4;
-            let [below, above] = [-step, step].map(|by| number(&range.at(tried.place[d] + by, 12)));
-            let slope = (above - below) / (2.0 * step);
+            let place = tried.place[d];
             FittedKey {
                 path: self.plan.keys[d].path.clone(),
-                value: setting.shown(),
-                uncertainty: uncertainties[d].map(|of_range| of_range * slope.abs()),
+                value: range.at(place, DIGITS).shown(),
+                uncertainty: uncertainties[d].map(|of_range| of_range * range.slope(place).abs()),
             }
         };
         let (found, errors) = (tried.means().unwrap_or_default(), self.errors(&state.tried));
@@ -408,12 +405,6 @@ impl CostFunction for &Search<'_> {
 
 fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
-}
-
-/// The number of a setting, without its unit.
-fn number(setting: &Setting) -> f64 {
-    let text = setting.shown();
-    text.split_whitespace().next().and_then(|number| number.parse().ok()).unwrap_or(f64::NAN)
 }
 
 #[cfg(test)]

@@ -88,6 +88,12 @@ impl Plan {
         points::of(&self.keys, self.design)
     }
 
+    /// Number of runs: of each point as many as there are seeds.
+    #[must_use]
+    pub fn runs(&self) -> usize {
+        self.points().len() * self.seeds.len().max(1)
+    }
+
     /// Places of the points in the unit cube, where the design is one of trajectories, whose steps have effects.
     pub(crate) fn trajectories(&self) -> Option<Vec<Vec<f64>>> {
         match self.design {
@@ -137,7 +143,7 @@ mod tests {
         assert_eq!(points[0][0].value, "{ sphere = { diameter = \"1 mm\" } }");
         assert_eq!((points[1][0].value.as_str(), points[1][0].shown()), ("\"x\"", "x".into()));
         assert_eq!(read.fixed[0].2.value, "\"1 ms\"");
-        assert_eq!(read.seeds.len(), 2);
+        assert_eq!((read.seeds.len(), read.runs()), (2, 2 * points.len()));
     }
 
     #[test]

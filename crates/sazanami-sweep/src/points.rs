@@ -134,6 +134,12 @@ impl Between {
         if self.is_logarithmic { a * (b / a).powf(part) } else { a + part * (b - a) }
     }
 
+    /// Change of the number with the part of the way, whether or not it is rounded to an integer afterwards.
+    pub fn slope(&self, part: f64) -> f64 {
+        let [a, b] = self.ends;
+        if self.is_logarithmic { self.between(part) * (b / a).ln() } else { b - a }
+    }
+
     /// Part of the way at which the integer next to the number at `part` lies.
     fn part_of_integer(&self, part: f64) -> f64 {
         let ([a, b], value) = (self.ends, self.between(part).round());
@@ -159,6 +165,7 @@ mod tests {
     use std::path::Path;
 
     use crate::Plan;
+    use crate::keys::Between;
 
     fn values(text: &str) -> Vec<Vec<String>> {
         let plan = Plan::parse(Path::new("plan.toml"), &format!("case = \"a.toml\"\n{text}")).unwrap();
@@ -182,6 +189,26 @@ mod tests {
         assert_eq!(of("from = 1e3, to = 1e5, count = 3, scale = \"logarithmic\""), ["1000.0", "10000.0", "100000.0"]);
         assert_eq!(of("from = 1, to = 4, count = 3, integers = true"), ["1", "3", "4"]);
         assert_eq!(of("from = \"1e-5 m\", to = \"3e-5 m\", count = 2"), ["\"0.00001 m\"", "\"0.00003 m\""]);
+    }
+
+    #[test]
+    fn the_slope_of_a_range_is_that_before_it_is_rounded() {
+        let between = |is_logarithmic, is_integer| Between {
+            ends: [1000.0, 4000.0],
+            unit: String::new(),
+            count: None,
+            is_logarithmic,
+            is_integer,
+            has_integer_ends: true,
+            span: 0..0,
+        };
+        for part in [0.0, 0.3, 0.77, 1.0] {
+            assert_eq!(between(false, true).slope(part), 3000.0);
+            let logarithmic = between(true, true);
+            let step = 1e-6;
+            let by_step = (logarithmic.between(part + step) - logarithmic.between(part - step)) / (2.0 * step);
+            assert!((logarithmic.slope(part) / by_step - 1.0).abs() < 1e-8);
+        }
     }
 
     #[test]

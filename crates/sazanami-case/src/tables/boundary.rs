@@ -44,7 +44,8 @@ enum BoundarySide {
         /// Pressure that the fluid outside has at the highest corner of the box.
         #[key(unit = "Pa", default = 0.0)]
         pressure: Real,
-        /// Fluid outside, which comes back in where no liquid stands before the side.
+        /// Fluid outside, of whose weight the pressure is. Through a side along gravity what stands before it comes back in, gas above the
+        /// liquid; through others this fluid.
         #[key(word, default = FluidName::Gas)]
         fluid: FluidName,
     },

@@ -23,7 +23,8 @@ choices! {
     pub enum PressureForm {
         /// The whole pressure every step.
         Full = "full",
-        /// The pressure's increment (single-phase flow, second order in time).
+        /// The same, with the pressure gradient of the step before during the transport and velocities of faces at the middle of the step
+        /// (single-phase flow, second order in time).
         Incremental = "incremental",
     }
 }

@@ -192,7 +192,8 @@ impl LiquidRegion {
     }
 
     /// Whether it falls at the start.
-    pub(crate) fn falls(&self) -> bool {
+    #[must_use]
+    pub fn falls(&self) -> bool {
         self.fluid == FluidName::Liquid && self.velocity.z < 0.0
     }
 

@@ -191,7 +191,7 @@ pub struct Outputs {
     /// `plane` and `gauge` probes, fluxes, and water levels. The displacement is that of `frame.motion`.
     #[key(word, default)]
     pub frame: OutputFrame,
-    /// File that the packed bed is written to, beside `packed.bed` in the folder of results; relative to the case file.
+    /// File that the packed bed is written to, in place of `packed.bed` in the folder of results; relative to the case file.
     pub bed: Option<PathBuf>,
     /// Form of the grains: points that glyphs are set on, with a glyph `grains/shape-N.vtp` a population, or the surface
     /// of each grain.

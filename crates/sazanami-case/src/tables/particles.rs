@@ -14,8 +14,7 @@ const RADII: [Real; 2] = [2.1, 3.6];
 /// periodic ones are multiples of it.
 #[derive(Clone, Debug, PartialEq, Keys)]
 pub struct Particles {
-    /// Particle spacing l0. Edges of the box are multiples of it: to 2 % between walls, to rounding where the box is
-    /// periodic.
+    /// Particle spacing l0. Edges of the box are multiples of it, to 2 %.
     #[key(unit = "m", range = Positive, example = "1 mm")]
     pub spacing: Real,
     /// Projection of the velocities to zero divergence; see docs/decisions/0018-scheme-of-moving-particles.md.

@@ -74,7 +74,7 @@ struct ProbeKeys {
     /// A place in x1 and x2: level of the water; of moving particles those within 3 spacings across, all of a tank narrower than 6.
     #[key(unit = "m")]
     gauge: Option<[Real; 2]>,
-    /// A grain: its motion, and the forces and torques on it.
+    /// A grain: its motion and the forces on it, on a grid the torques too.
     #[key(table, inline)]
     body: Option<BodyKeys>,
     #[key(skip = None)]

@@ -71,8 +71,10 @@ impl Sweep {
         let out = self.out.clone().unwrap_or_else(|| Path::new("runs").join(plan.name()));
         let (asked, threads) = (self.jobs.map(usize::from).or(plan.side_by_side), self.threads.map(usize::from));
         let cores = Machine::this().cores;
-        let foretold = SideBySide::of(asked, threads, plan.points().len(), cores);
-        let sweep = sazanami_sweep::Sweep::pose(plan, &out, foretold.threads)?;
+        let foretold = SideBySide::of(asked, threads, plan.runs(), cores);
+        // A task of an array job has the processors that it asks for, not those of this machine.
+        let of_task = threads.unwrap_or(1);
+        let sweep = sazanami_sweep::Sweep::pose(plan, &out, if self.slurm { of_task } else { foretold.threads })?;
         if self.list {
             sweep.refuse_another()?;
             list(&sweep, foretold);
@@ -81,7 +83,7 @@ impl Sweep {
         let program = std::env::current_exe()
             .map_err(|error| CommandError::Undone(format!("this program does not find itself: {error}")))?;
         if self.slurm {
-            let path = sweep.write_slurm(&program, asked, threads.unwrap_or(1))?;
+            let path = sweep.write_slurm(&program, asked, of_task)?;
             outln!("wrote {}", path.display());
             outln!("start it with `sbatch {}`", as_word(&path));
             return Ok(exit::DONE);

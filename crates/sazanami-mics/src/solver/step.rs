@@ -95,7 +95,7 @@ impl StepReport {
         impulses.walls_on_grains -= contacts.impulse_on_walls;
         impulses.held_grains -= contacts.impulse_on_held;
         impulses.open_sides += transport.momentum_through;
-        impulses.open_sides += transport.residue.clipped_momentum + transport.settled.clipped_momentum;
+        impulses.residue += transport.residue.clipped_momentum + transport.settled.clipped_momentum;
     }
 }
 

@@ -16,7 +16,7 @@ mod reading;
 mod report;
 mod sources;
 
-use sazanami_dem::{DemError, Engine, Interactions, LinearSpringDashpot, Setup, Substeps};
+use sazanami_dem::{DemError, Engine, Interactions, LinearSpringDashpot, Motion, Setup, Substeps};
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::{Real, Vector};
 use sazanami_parallel::for_each_chunk;
@@ -299,6 +299,15 @@ impl OverlappingGrains {
     pub(crate) fn solid_volume(&self, domain: &Domain) -> Real {
         let own = (0..self.engine.grains().owned()).map(|g| volume(diameter_of(&self.engine, g)));
         domain.sum([own.sum()])[0]
+    }
+
+    /// Mass \[kg] and volume [m^3] of the grains of all ranks that nothing holds or drives.
+    pub(crate) fn free_sums(&self, domain: &Domain) -> [Real; 2] {
+        let grains = self.engine.grains();
+        let free = (0..grains.owned()).filter(|&g| grains.motion[g] == Motion::Free);
+        domain.sum(
+            free.fold([0.0; 2], |[mass, all], g| [mass + grains.mass[g], all + volume(diameter_of(&self.engine, g))]),
+        )
     }
 
     /// Mass \[kg], volume [m^3] and volume times velocity [m^4/s] of the grains of all ranks.

@@ -142,7 +142,9 @@ impl OverlappingGrains {
         if read.share > 0.0 {
             let slip = (read.velocity / read.share - grains.velocity[g]).length();
             let [clear, dense] = in_clear_water_and_among_grains(law, d, void_fraction, slip);
-            let with_solid = (dense - clear) / solid.powi(3);
+            // No fraction counts beyond the least void, here as at the particles.
+            let counted = solid.min(1.0 - self.coupling.least_void);
+            let with_solid = if counted > 0.0 { (dense - clear) / counted.powi(3) } else { 0.0 };
             let sum = clear * read.share + with_solid * read.solid;
             felt.velocity = (clear * read.velocity + with_solid * read.solid_velocity) / sum;
             felt.wetness = (2.0 * read.share).min(1.0);

@@ -20,6 +20,7 @@ pub struct MomentumBudget {
     largest_exchange: Real,
 }
 
+const VECTORS: &str = "momentum_budget.vectors";
 const LARGEST_EXCHANGE: &str = "momentum_budget.largest_exchange";
 
 impl MomentumBudget {
@@ -117,17 +118,20 @@ impl MomentumBudget {
     pub fn save(&self, snapshot: &mut Snapshot) {
         let stored = self.initial.iter().chain(&self.now).copied();
         let totals = self.impulses.iter().flat_map(|total| [total.sum, total.rest]);
-        snapshot.put_vectors("momentum_budget.vectors", &stored.chain(totals).collect::<Vec<_>>());
+        snapshot.put_vectors(VECTORS, &stored.chain(totals).collect::<Vec<_>>());
         snapshot.put_reals("momentum_budget.largest_term", vec![self.largest_term]);
         snapshot.put_reals(LARGEST_EXCHANGE, vec![self.largest_exchange]);
     }
 
-    /// Reads the state of a budget of these terms and lines from a snapshot.
+    /// Reads the state of a budget of these terms and lines from a snapshot; those of earlier versions lack the last line.
     ///
     /// # Errors
     /// [`SnapshotError`] if it is not there or has other lines.
     pub fn restore(terms: StoredTerms, lines: Vec<&'static str>, snapshot: &Snapshot) -> Result<Self, SnapshotError> {
-        let vectors = vectors_of(snapshot, "momentum_budget.vectors", 2 * terms.len() + 2 * lines.len())?;
+        let all = 2 * (terms.len() + lines.len());
+        let is_earlier = snapshot.vectors(VECTORS)?.len() + 2 == all;
+        let mut vectors = vectors_of(snapshot, VECTORS, if is_earlier { all - 2 } else { all })?;
+        vectors.resize(all, Vector::ZERO);
         let (initial, rest) = vectors.split_at(terms.len());
         let (now, totals) = rest.split_at(terms.len());
         Ok(Self {
@@ -250,5 +254,14 @@ mod tests {
         // Another list of lines is another run.
         assert!(MomentumBudget::restore(TERMS, lines()[1..].to_vec(), &snapshot).is_err());
         assert!(MomentumBudget::restore(TERMS, lines(), &Snapshot::default()).is_err());
+        // Of an earlier version, without the last line, and of two that lack.
+        let earlier = |lacks: usize| {
+            let known = lines()[..lines().len() - lacks].to_vec();
+            let mut snapshot = Snapshot::default();
+            MomentumBudget::new(TERMS, budget.initial.clone(), known).save(&mut snapshot);
+            MomentumBudget::restore(TERMS, lines(), &snapshot)
+        };
+        assert_eq!(earlier(1).unwrap().impulses().count(), lines().len());
+        assert!(earlier(2).is_err());
     }
 }

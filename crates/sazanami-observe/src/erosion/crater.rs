@@ -29,7 +29,7 @@ pub struct Crater {
     pub greatest_depth: Real,
     /// Erosion volume by eq. (14) [m^3]: below the plane of the rim, so it counts the rim's height.
     pub volume: Real,
-    /// Volume below the plane of the rim [m^3], without the assumption of a cap.
+    /// Volume below the plane of the rim [m^3], without the assumption of a cap; what stands above it in the middle is left out.
     pub volume_direct: Real,
     /// The highest layer is the outermost one: the rim, if there is one, lies farther out.
     pub rim_at_edge: bool,
@@ -39,11 +39,11 @@ impl Crater {
     /// Reads the crater off a profile; `None` if fewer than two layers hold grains or the innermost does not.
     #[must_use]
     pub fn of(profile: &Profile) -> Option<Self> {
-        Self::with_rim_beyond(profile, profile.layer)
+        Self::with_rim_beyond(profile, profile.layer, 0.0)
     }
 
-    /// The same with the rim at a radius of `least` \[m] or more.
-    pub(super) fn with_rim_beyond(profile: &Profile, least: Real) -> Option<Self> {
+    /// The same with the rim at a radius of `least` \[m] or more, about a heap that ends before the radius `moat` \[m].
+    pub(super) fn with_rim_beyond(profile: &Profile, least: Real, moat: Real) -> Option<Self> {
         let base = profile.heights.first().copied().flatten()?;
         let mut rim = None;
         let inside = (0..profile.heights.len()).take_while(|&n| profile.radius(n) < least).count();
@@ -57,7 +57,6 @@ impl Crater {
         let (rim_layer, rim_height) = rim?;
         let heights = profile.filled();
         let rim_radius = profile.radius(rim_layer);
-        let volume_direct = (0..=rim_layer).map(|n| (rim_height - heights[n]) * profile.area(n)).sum();
         Some(Self {
             base,
             rim_layer,
@@ -68,17 +67,27 @@ impl Crater {
                 .iter()
                 .fold(rim_height - base, |most, height| most.max(rim_height - height)),
             volume: cap_volume(rim_height - base, rim_radius),
-            volume_direct,
+            volume_direct: volume_to(profile, &heights, rim_layer, moat),
             rim_at_edge: profile.heights[rim_layer + 1..].iter().all(Option::is_none),
         })
     }
 }
 
-/// Volume [m^3] of a profile below the plane through its own height at a distance `radius` \[m] from the axis, out to there.
-pub(super) fn volume_below(profile: &Profile, radius: Real) -> Real {
+/// Volume [m^3] of a profile below the plane through its own height at a distance `radius` \[m] from the axis, out to there, about a heap
+/// that ends before the radius `moat` \[m].
+pub(super) fn volume_below(profile: &Profile, radius: Real, moat: Real) -> Real {
     let heights = profile.filled();
     let last = (0..heights.len()).rev().find(|&n| profile.radius(n) <= radius).unwrap_or_default();
-    (0..=last).map(|n| (heights[last] - heights[n]) * profile.area(n)).sum()
+    volume_to(profile, &heights, last, moat)
+}
+
+/// The same out to the layer `last`. Of a heap what stands above the plane is left out.
+fn volume_to(profile: &Profile, heights: &[Real], last: usize, moat: Real) -> Real {
+    let below = |n: usize| {
+        let depth = heights[last] - heights[n];
+        if profile.radius(n) < moat { depth.max(0.0) } else { depth }
+    };
+    (0..=last).map(|n| below(n) * profile.area(n)).sum()
 }
 
 /// Volumes [m^3] of a profile below and above a reference profile: what was dug out and what was heaped up.
@@ -113,8 +122,8 @@ mod tests {
         assert!((crater.volume - 118.459).abs() < 5e-4, "{}", crater.volume);
         assert!((crater.volume_direct - 72.885).abs() < 5e-4, "{}", crater.volume_direct);
         assert!(!crater.rim_at_edge);
-        assert!((volume_below(&example(), crater.rim_radius) - crater.volume_direct).abs() < 1e-12);
-        assert!(volume_below(&example(), crater.rim_radius - 1.0) < crater.volume_direct);
+        assert!((volume_below(&example(), crater.rim_radius, 0.0) - crater.volume_direct).abs() < 1e-12);
+        assert!(volume_below(&example(), crater.rim_radius - 1.0, 0.0) < crater.volume_direct);
         let (excavated, rim) = volumes_against(&example(), |_| 8.15);
         assert!((excavated - 47.846).abs() < 5e-4, "{excavated}");
         assert!((rim - 36.662).abs() < 5e-4, "{rim}");

@@ -34,6 +34,9 @@ use surface_grains::SurfaceGrains;
 /// Other bandwidths of the uncertainty, relative to that.
 const SMOOTHINGS: [Real; 2] = [0.7, 1.4];
 
+/// Part of a grain by which the deepest place has to be dug out for a heap within it to be none of the rim.
+const DUG: Real = 0.5;
+
 /// A volume is that of a crater if it is so many times that of the same bed before the impact.
 const CLEAR_OF_NOISE: Real = 3.0;
 
@@ -169,9 +172,12 @@ impl Erosion {
         let surface_with = |bandwidth| Profile::smooth(&rings, bandwidth, settings.largest_radius);
         let bandwidth = settings.bandwidth();
         let surface = surface_with(bandwidth);
-        // A rim nearer than a layer is a grain.
-        let crater_of = |surface: &Profile| Crater::with_rim_beyond(surface, settings.layer);
-        let mut crater = crater_of(&surface).ok_or(ErosionError::NoSurface)?;
+        // A rim nearer than a layer is a grain, one within the place that is dug out deepest a heap that stands in the crater.
+        let plain = Crater::with_rim_beyond(&surface, settings.layer, 0.0).ok_or(ErosionError::NoSurface)?;
+        let deepest = initial.and_then(|initial| dug_deepest(&surface, initial, DUG * settings.grain_size));
+        let moat = deepest.filter(|deepest| *deepest > plain.rim_radius).unwrap_or_default();
+        let crater_of = |surface: &Profile| Crater::with_rim_beyond(surface, settings.layer.max(moat), moat);
+        let mut crater = crater_of(&surface).unwrap_or(plain);
         // A parabola on one side may bend before the end.
         crater.rim_at_edge |= crater.rim_radius > settings.largest_radius - 0.5 * bandwidth;
         let &ErosionSettings { axis, lower, upper, .. } = settings;
@@ -184,7 +190,8 @@ impl Erosion {
             others.fold([volume(&crater); 2], |[low, high], volume| [low.min(volume), high.max(volume)])
         };
         let volume_range = range(|crater| crater.volume, rims.map(|rim| cap_volume(crater.depth, rim)));
-        let below_rim_range = range(|crater| crater.volume_direct, rims.map(|rim| crater::volume_below(&surface, rim)));
+        let below_rim_range =
+            range(|crater| crater.volume_direct, rims.map(|rim| crater::volume_below(&surface, rim, moat)));
         let profile = Profile::of(&seen.tops, settings.axis, settings.cell, settings.layer, settings.largest_radius);
         let against = initial
             .map(|initial| volumes_against(&surface, |n| initial.heights.get(n).copied().unwrap_or(settings.floor)));
@@ -285,6 +292,14 @@ impl Erosion {
         }
         found
     }
+}
+
+/// Distance from the axis \[m] of the place where a surface lies deepest below the bed before the impact, if by `least` \[m] or more.
+fn dug_deepest(surface: &Profile, initial: &InitialBed, least: Real) -> Option<Real> {
+    let heights = surface.filled();
+    let dug = |n: usize| initial.heights[n] - heights[n];
+    let deepest = (0..heights.len().min(initial.heights.len())).max_by(|&a, &b| dug(a).total_cmp(&dug(b)))?;
+    (dug(deepest) >= least).then(|| surface.radius(deepest))
 }
 
 #[cfg(test)]
@@ -443,7 +458,19 @@ mod tests {
         let doubted = |erosion: &Erosion| erosion.doubts_of_cap(Known::default()).contains(&HEAPED.to_owned());
         let plain =
             rough(3, cap(rim_radius, depth, rim, 0.4)).view(|view| Erosion::of(view, &settings(), Some(&initial)));
-        assert!(doubted(&found) && !doubted(&plain.unwrap()));
+        let plain = plain.unwrap();
+        assert!(doubted(&found) && !doubted(&plain));
+        // One that stands above the rim is not taken for it: what lies below the plane of the rim is the ditch about it.
+        let towering = |r: Real| if r < 2.0e-3 { LEVEL + 2.0 * rim } else { hollow(r) };
+        let bed = rough(3, towering);
+        let found = bed.view(|view| Erosion::of(view, &settings(), Some(&initial))).unwrap();
+        let [rim_now, before] = [&found, &plain].map(|erosion| erosion.crater.rim_radius);
+        assert!((rim_now / before - 1.0).abs() < 0.1, "{rim_now} {before}");
+        let [ditch, whole] = [&found, &plain].map(|erosion| erosion.crater.volume_direct);
+        assert!(ditch > 0.6 * whole && ditch < 0.95 * whole, "{ditch} {whole}");
+        assert!(found.crater.volume == 0.0 && doubted(&found) && found.has_crater(), "{:?}", found.crater);
+        // Negative control: without the bed before the impact its highest place is.
+        assert!(evaluate(&bed).crater.rim_radius < 0.5 * before);
     }
 
     #[test]

@@ -57,6 +57,8 @@ pub struct TankInside {
     pub ends: Sides,
     /// Kind of the sides in x2.
     pub sides: Sides,
+    /// Height after which a tank without floor and lid repeats \[m].
+    pub repeats: Option<Real>,
 }
 
 impl TankInside {
@@ -75,7 +77,7 @@ impl TankInside {
         };
         let way = to - from;
         let [x, y] = [shorter(way.x, self.ends, self.length()), shorter(way.y, self.sides, self.width())];
-        Vector::new(x, y, way.z)
+        Vector::new(x, y, self.repeats.map_or(way.z, |height| shorter(way.z, Sides::Periodic, height)))
     }
 
     /// Width between the sides \[m].
@@ -119,12 +121,6 @@ impl GrainView<'_> {
     #[must_use]
     pub fn mean_diameter(&self) -> Real {
         self.diameter.iter().sum::<Real>() / self.diameter.len().max(1) as Real
-    }
-
-    /// Height of the highest point of a grain \[m].
-    #[must_use]
-    pub fn top_of(&self, grain: usize) -> Real {
-        self.position[grain].z + 0.5 * self.diameter[grain]
     }
 }
 
@@ -270,6 +266,14 @@ pub(crate) mod made_up {
 
     /// A tank of 60 x 8 mm about the origin of x1.
     pub fn tank(sides: Sides) -> TankInside {
-        TankInside { x: [-0.03, 0.03], y: [0.0, 0.008], floor: 0.0, lid: None, ends: Sides::Walls, sides }
+        TankInside {
+            x: [-0.03, 0.03],
+            y: [0.0, 0.008],
+            floor: 0.0,
+            lid: None,
+            ends: Sides::Walls,
+            sides,
+            repeats: None,
+        }
     }
 }

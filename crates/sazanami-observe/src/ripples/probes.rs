@@ -38,7 +38,7 @@ impl<W: Fn(Real) -> Real> Interpolation<'_, W> {
 
     /// The same with their images behind walls, floor and lid: for what does not change across these.
     pub fn near_with_images(&self, place: Vector) -> Option<Near> {
-        let TankInside { x, y, floor, lid, ends, sides } = *self.tank;
+        let TankInside { x, y, floor, lid, ends, sides, .. } = *self.tank;
         let walls = |kind: Sides, at: [Real; 2]| at.map(|at| (kind == Sides::Walls).then_some(at));
         self.among(place, [walls(ends, x), walls(sides, y), [Some(floor), lid]])
     }
@@ -253,6 +253,12 @@ mod tests {
         let across_ends = probe(&repeats, &at_the_end).at(begin, &values);
         assert!((across_ends.expect("near") - Vector::X * 2.0).length() < 1e-12);
         assert_eq!(probe(&made_up::tank(Sides::Walls), &at_the_end).at(begin, &values), None);
+        // And upwards.
+        let on_top = Lattice { position: vec![Vector::new(0.01, 0.004, 0.0198); 4], ..at_the_end };
+        let below = Vector::new(0.01, 0.004, 0.0002);
+        let upwards = TankInside { repeats: Some(0.02), ..made_up::tank(Sides::Walls) };
+        assert!((probe(&upwards, &on_top).at(below, &values).expect("near") - Vector::X * 2.0).length() < 1e-12);
+        assert_eq!(probe(&made_up::tank(Sides::Walls), &on_top).at(below, &values), None);
         let tank = made_up::tank(Sides::Periodic);
         assert_eq!(Interpolation { least: 5, ..probe(&tank, &water) }.at(place, &values), None);
         // The same particles serve for several quantities.

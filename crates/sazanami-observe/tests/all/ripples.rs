@@ -20,6 +20,7 @@ fn tank(width: Real) -> TankInside {
         lid: None,
         ends: Sides::Walls,
         sides: Sides::Periodic,
+        repeats: None,
     }
 }
 

@@ -12,7 +12,7 @@ use sazanami_mics::solver::{self, GridSettings, StepError};
 use sazanami_mics::stability::StepLimits;
 use sazanami_mics::surface_tension::{Curvature, SurfaceTension};
 use sazanami_numerics::domain::Domain;
-use sazanami_numerics::geometry::{RegionFractions, Shape};
+use sazanami_numerics::geometry::{Region, RegionFractions, Shape};
 use sazanami_numerics::mean_flow::MeanFlow;
 use sazanami_numerics::{Real, Vector};
 
@@ -173,6 +173,7 @@ const LINES: u32 = 12;
 /// Puts the initial liquids (and bubbles) into `flow`, in the order of the case: later ones take the
 /// place of earlier ones.
 fn pour(case: &Case, domain: &Domain, boundary: &Boundary, flow: &mut Flow, bed_height: Real) {
+    let mut poured: Vec<(FluidName, Region)> = Vec::new();
     for liquid in &case.liquids {
         let origin = origin_of(liquid, case.bed.axis, bed_height);
         let region = case.region_of(liquid, origin).geometry();
@@ -185,8 +186,13 @@ fn pour(case: &Case, domain: &Domain, boundary: &Boundary, flow: &mut Flow, bed_
         domain.set(&mut beta, |i, j, k| fractions.fraction(i + start[0], j + start[1], k + start[2]));
         let Flow { volume_fraction, .. } = flow;
         domain.for_each_row(&domain.interior(), volume_fraction.data_mut(), |row, c| {
-            for (c, &beta) in c.iter_mut().zip(&beta.data()[row.shifted(0)]) {
-                *c *= 1.0 - beta;
+            for ((c, &beta), i) in c.iter_mut().zip(&beta.data()[row.shifted(0)]).zip(row.first..) {
+                let is_filled = |point| {
+                    let last = poured.iter().rev().find(|(_, earlier)| earlier.contains(point));
+                    last.is_some_and(|(fluid, _)| *fluid == FluidName::Liquid)
+                };
+                let (centre, edges) = (domain.centre(i, row.j, row.k), domain.grid().spacing);
+                *c = left_by((is_filled, *c), (|point| region.contains(point), beta), centre, edges);
             }
         });
         match liquid.fluid {
@@ -196,10 +202,42 @@ fn pour(case: &Case, domain: &Domain, boundary: &Boundary, flow: &mut Flow, bed_
             }
             FluidName::Gas => set_gas_velocity(domain, flow, &beta, liquid.velocity),
         }
+        poured.push((liquid.fluid, region));
     }
     match &case.fluid.initial_velocity {
         Some(initial) => flow.add_velocity(domain, boundary, |x| initial.at(&case.domain, x)),
         None => flow.fill_halos(domain, boundary),
+    }
+}
+
+/// What a region that fills the part `beta` of a cell about `centre` with these edges leaves of the part `c` that others fill: all that there
+/// is room for, or nothing but what is not needed, where the two do not meet or one lies within the other; in between by points in the cell.
+pub(super) fn left_by(
+    (is_filled, c): (impl Fn(Vector) -> bool, Real),
+    (is_taken, beta): (impl Fn(Vector) -> bool, Real),
+    centre: Vector,
+    edges: Vector,
+) -> Real {
+    if c <= 0.0 || c >= 1.0 || beta <= 0.0 || beta >= 1.0 {
+        return c * (1.0 - beta);
+    }
+    let place = |n: u32| (Real::from(n) + 0.5) / Real::from(COLUMNS) - 0.5;
+    let (mut filled, mut taken, mut both) = (0_u32, 0_u32, 0_u32);
+    for at in 0..COLUMNS.pow(3) {
+        let [i, j, k] = [at % COLUMNS, at / COLUMNS % COLUMNS, at / COLUMNS.pow(2)].map(place);
+        let point = centre + edges * Vector::new(i, j, k);
+        let (was, is) = (is_filled(point), is_taken(point));
+        filled += u32::from(was);
+        taken += u32::from(is);
+        both += u32::from(was && is);
+    }
+    let (least, most) = ((c - beta).max(0.0), c.min(1.0 - beta));
+    match both {
+        // Thinner than the points are apart.
+        _ if filled == 0 || taken == 0 => c * (1.0 - beta),
+        0 => most,
+        _ if both == taken || both == filled => least,
+        _ => (c * (1.0 - Real::from(both) / Real::from(filled))).clamp(least, most),
     }
 }
 

@@ -266,10 +266,14 @@ fn wanted(cells: &Grid, fractions: &[(RegionFractions<'_>, &Liquid)], spacing: R
     let mut of_layers = vec![0.0; kinds * nz as usize];
     for_each_chunk(&mut of_layers[..], kinds, |k, held| {
         for (i, j) in (0..ny).flat_map(|j| (0..nx).map(move |i| (i, j))) {
-            let mut left = 1.0;
-            for (held, (fraction, liquid)) in held.iter_mut().zip(fractions).rev() {
-                let part = left * fraction.fraction(i, j, k as isize);
-                left -= part;
+            // Of each what the later ones leave.
+            let mut taken = 0.0;
+            for (n, (held, (fraction, liquid))) in held.iter_mut().zip(fractions).enumerate().rev() {
+                let (centre, edges) = (cells.centre(i, j, k as isize), cells.spacing);
+                let is_taken = |point| fractions[n + 1..].iter().any(|(_, later)| later.region.contains(point));
+                let own = (|point| liquid.region.contains(point), fraction.fraction(i, j, k as isize));
+                let part = fluid::left_by(own, (is_taken, taken), centre, edges);
+                taken = Real::min(taken + part, 1.0);
                 *held += if liquid.fluid == FluidName::Liquid { part } else { 0.0 };
             }
         }
@@ -328,11 +332,17 @@ impl Liquids {
     fn poured(&self, domain: &Domain, grains: &OverlappingGrains, cells: &Grid, spacing: Real) -> Poured {
         let fractions = self.fractions(cells);
         let shares = shares(domain, grains, cells, |[i, j, k]| {
-            let covered = |share, (fraction, liquid): &(RegionFractions<'_>, &Liquid)| {
+            let covered = |share: Real, (n, (fraction, liquid)): (usize, &(RegionFractions<'_>, &Liquid))| {
                 let part = fraction.fraction(i, j, k);
-                share * (1.0 - part) + if liquid.fluid == FluidName::Liquid { part } else { 0.0 }
+                let is_filled = |point| {
+                    let last = fractions[..n].iter().rev().find(|(_, earlier)| earlier.region.contains(point));
+                    last.is_some_and(|(_, earlier)| earlier.fluid == FluidName::Liquid)
+                };
+                let is_taken = |point| liquid.region.contains(point);
+                let left = fluid::left_by((is_filled, share), (is_taken, part), cells.centre(i, j, k), cells.spacing);
+                left + if liquid.fluid == FluidName::Liquid { part } else { 0.0 }
             };
-            fractions.iter().fold(0.0, covered)
+            fractions.iter().enumerate().fold(0.0, covered)
         });
         let particle = |position: Vector| {
             // The middle of a particle that is cut by a surface may lie beyond it.

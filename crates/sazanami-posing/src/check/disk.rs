@@ -18,8 +18,9 @@ const PICTURES: Real = 1.5e6;
 const ROW: Real = 600.0;
 /// Row of a watched point \[bytes].
 const ROW_OF_POINT: Real = 70.0;
-/// Row of a place along the bed, with the water above it \[bytes].
-const ROW_OF_PLACE: Real = 150.0;
+/// Row of a place along the surface of the bed or of the water, and the rows of the two layers at a time \[bytes].
+const ROW_OF_PLACE: Real = 55.0;
+const ROWS_OF_LAYERS: Real = 600.0;
 /// Place of a grain that is written as a point \[bytes].
 const PLACE_OF_GRAIN: Real = 14.0;
 /// Value of a grain that is written as a point \[bytes].
@@ -58,10 +59,12 @@ pub(super) fn disk(case: &Case, size: &Size, [steps, dt]: [Real; 2], model: &Cos
     ]
 }
 
-/// Profiles of bed and water beside a row of the series \[bytes].
+/// Profiles of moving particles and of the bed below them beside a row of the series \[bytes].
 fn profiles(case: &Case) -> Real {
-    // Two places a grain size.
-    case.ripples.as_ref().map_or(0.0, |ripples| 2.0 * case.domain.extent().x / ripples.grain_size * ROW_OF_PLACE)
+    // Two places a particle, and two a grain size.
+    let along = |size: Real| 2.0 * case.domain.extent().x / size * ROW_OF_PLACE;
+    let water = case.particles.as_ref().map_or(0.0, |particles| along(particles.spacing));
+    water + case.ripples.as_ref().map_or(0.0, |ripples| along(ripples.grain_size) + ROWS_OF_LAYERS)
 }
 
 /// Points that a probe watches.

@@ -62,23 +62,17 @@ fn observer_memory(case: &Case, model: &CostModel) -> Real {
     observed(case, model).iter().map(|part| part.bytes).sum()
 }
 
-/// What a case observes: erosion profile, exposed grains, lines of probes, pictures.
-fn observed(case: &Case, model: &CostModel) -> [Observed; 4] {
+/// What a case observes: erosion profile, lines of probes, pictures.
+fn observed(case: &Case, model: &CostModel) -> [Observed; 3] {
     let erosion = case.erosion.as_ref().map_or(0.0, |erosion| {
         // The smoothing grid is a square round the axis.
         let width = 2.0 * (erosion.r_max / erosion.dx).ceil() + 3.0;
         MEMORY_MEAN * (width * width + erosion.r_max / erosion.dr)
     });
-    let extent = case.domain.extent();
-    let exposed = case.ripples.as_ref().map_or(0.0, |ripples| {
-        let pixel = ripples.grain_size / 8.0;
-        MEMORY_MEAN * (extent.x / pixel).ceil() * (extent.y / pixel).ceil()
-    });
     let probes: Real = case.probes.iter().map(|probe| points(probe) * MEMORY_POINT).sum();
     let part = |bytes, key, help| Observed { bytes, key, help };
     [
         part(erosion, "erosion", "lower `erosion.r_max`, or take larger `erosion.dx` and `erosion.dr`"),
-        part(exposed, "ripples", "leave out `[ripples]`, or take a larger `ripples.grain_size`"),
         part(probes, "probe", "take fewer `points` of the lines of probes"),
         part(pictures::memory(case, model), "output.figures", "draw none: `output.figures = { at = [] }`"),
     ]

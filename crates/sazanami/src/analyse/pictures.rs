@@ -106,7 +106,16 @@ pub(super) fn draw_pictures(folder: &Path, summary: &Value, output: &mut Output)
     let series = Table::read(&folder.join(SERIES))?;
     let run = Run { case: &loaded.case, shapes, height: height.map(|height| 1e-3 * height), series };
     let mut initial = None;
-    for saved in times(folder)? {
+    let saved = times(folder)?;
+    let mut drawable = saved.iter().filter(|saved| step_of(saved).is_some()).peekable();
+    if loaded.case.erosion.is_some() && drawable.peek().is_some() && !drawable.any(|saved| saved.time == 0.0) {
+        output.message(
+            "the pictures stay as they are: grains and a field at 0 s, by which the crater is told from the bed before the impact, \
+             were not written",
+        );
+        return Ok(());
+    }
+    for saved in saved {
         let Some(step) = step_of(&saved) else { continue };
         let [section, liquid, view] =
             ["section", "liquid", "view"].map(|kind| figures.join(format!("{kind}-{step}.png")));

@@ -67,7 +67,7 @@ summed! {
         #[serde(alias = "pushed_pairs")]
         stabilised_pairs: u64, "", "pairs that the dynamic stabilisation pushed apart";
         #[serde(alias = "push_work")]
-        stabilisation_work: Real, "J", "work of these pushes (negative: taken from the water)";
+        stabilisation_work: Real, "J", "work of these pushes, or of the damping of the default scheme (negative: taken from the water)";
         #[serde(default)]
         shifting_work: Real, "J", "potential energy that shifting has added with the conjugate projection (negative: taken)";
         collisions: u64, "", "pairs that collided";

@@ -14,6 +14,7 @@ use serde_json::{Value, json};
 use crate::case::meaning::{Bed, Case};
 use crate::columns::{Field, object, quantities};
 use crate::job::Job;
+use crate::recorder::grain_files::in_tank;
 
 const SECTION: &str = "observe/bed";
 /// Void fraction above which grains are no bed.
@@ -122,6 +123,13 @@ impl GatheredGrains {
     pub fn gather(&mut self, domain: &Domain, engine: &Engine) {
         self.leads = domain.communicator().rank() == 0;
         self.bed.gather(domain, engine.grains(), engine.time());
+    }
+
+    /// Sees the grains from a tank that is displaced \[m] and moves [m/s] in the frame of the engine.
+    pub fn put_into_tank(&mut self, domain: &Domain, [place, velocity]: [Vector; 2]) {
+        let grains = &mut self.bed.grains;
+        grains.position.iter_mut().for_each(|position| *position = in_tank(domain, *position, place));
+        grains.velocity.iter_mut().for_each(|of_grain| *of_grain -= velocity);
     }
 
     /// Number of grains gathered.

@@ -159,7 +159,11 @@ pub(crate) fn series_page<O: Observer>() -> String {
             let crater = page("With `[erosion]` also:", crater);
             let interface =
                 page("With `fluid.surface_tension` or `fluid.entry_pressure` also:", O::SERIES_OF_INTERFACE);
-            format!("{main}\n{crater}\n{interface}\n{driven}\n{bridges}")
+            let followed = page(
+                "With `frame.follows = \"liquid\"` those of `drive.mean_velocity`, and:",
+                Further::<O>::MOVING_BOX,
+            );
+            format!("{main}\n{crater}\n{interface}\n{driven}\n{followed}\n{bridges}")
         }
     }
 }

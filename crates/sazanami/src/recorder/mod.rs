@@ -336,6 +336,7 @@ impl<'a, B: Observer> Recorder<'a, B> {
     /// Measures grains and fluid. All ranks take part.
     fn measure(&mut self, water: &mut B::Water, time: Real) {
         self.grains.gather(water.domain(), water.engine());
+        self.grains.put_into_tank(water.domain(), self.observer.tank(time));
         self.grains.measure_heap();
         self.observer.measure(&mut self.grains, water, time);
         self.report_warnings();
@@ -367,7 +368,8 @@ impl<'a, B: Observer> Recorder<'a, B> {
         }
         if grains {
             let frame = self.observer.written_frame(self.job, clock);
-            let states = GrainStates::gather(water.domain(), water.engine(), self.observer.tank_place(clock), frame);
+            let [tank, _] = self.observer.tank(clock.time());
+            let states = GrainStates::gather(water.domain(), water.engine(), tank, frame);
             if let Some(files) = &mut self.files {
                 let own = self.observer.grain_state();
                 outcome = outcome.and_then(|()| files.grains(self.job, clock, &states, &own));
@@ -391,7 +393,8 @@ impl<'a, B: Observer> Recorder<'a, B> {
         let Some(showing) = &self.job.options.showing else { return };
         let of_water = self.observer.water_state(self.job, clock, water);
         let frame = self.observer.written_frame(self.job, clock);
-        let states = GrainStates::gather(water.domain(), water.engine(), self.observer.tank_place(clock), frame);
+        let [tank, _] = self.observer.tank(clock.time());
+        let states = GrainStates::gather(water.domain(), water.engine(), tank, frame);
         if self.files.is_none() {
             return;
         }

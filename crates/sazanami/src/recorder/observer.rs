@@ -121,9 +121,9 @@ pub(crate) trait Observer: Sized + 'static {
     /// Writes the fluid for ParaView.
     fn fields(&self, to: Output, water: &mut Self::Water) -> Result<(), RecordError>;
 
-    /// Displacement of the tank in the frame of the engine \[m].
-    fn tank_place(&self, _clock: &Clock) -> Vector {
-        Vector::ZERO
+    /// Displacement \[m] and velocity [m/s] of the tank at a time \[s] in the frame of the engine.
+    fn tank(&self, _time: Real) -> [Vector; 2] {
+        [Vector::ZERO; 2]
     }
 
     /// Displacement \[m] and velocity [m/s] of the frame that grains are written in, against that of the engine.

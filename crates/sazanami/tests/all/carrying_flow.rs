@@ -18,7 +18,7 @@ const TAYLOR_GREEN: &str = "fluid.initial_velocity={ taylor_green = { speed = \"
 const MEASURED: f64 = 0.066_139_3;
 
 /// Values in the cells after `step` steps, from the files of fields of a run.
-fn values(folder: &Path, step: usize, array: &str) -> Vec<f64> {
+pub(crate) fn values(folder: &Path, step: usize, array: &str) -> Vec<f64> {
     let file = parse(&folder.join(format!("fields/fields-{step:09}.vti")));
     let (kind, _, bytes, _) = file.array(array);
     assert_eq!(kind, "Float64");

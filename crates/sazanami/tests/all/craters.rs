@@ -211,3 +211,21 @@ fn a_held_bed_is_drawn_again_as_it_was() {
         assert!((after - before).abs() < 1e-6, "{name}: {after}, not {before}");
     }
 }
+
+#[test]
+fn pictures_are_not_drawn_again_without_the_bed_before_the_impact() {
+    let scratch = Scratch::new("craters-kept");
+    let kept = |name: &str, times: &str| {
+        let every = ["figures", "fields", "grains"].map(|table| format!("output.{table}={{ {times} }}"));
+        let folder = scratch.join(name);
+        ran(HELD, &every.each_ref().map(String::as_str), &folder, On::threads(1));
+        let figures =
+            || std::fs::read_dir(folder.join("figures")).expect("the run drew").flatten().map(|entry| entry.path());
+        figures().for_each(|path| std::fs::write(path, "as it was").expect("a file"));
+        analysed(&folder, &[]);
+        figures().filter(|path| std::fs::read(path).is_ok_and(|text| text == b"as it was")).count()
+    };
+    assert!(kept("late", "at = [\"10 ms\"]") > 0);
+    // Control: with the bed at the start all are drawn.
+    assert_eq!(kept("all", "at = [\"0 s\", \"10 ms\"]"), 0);
+}

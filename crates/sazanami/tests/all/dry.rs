@@ -164,3 +164,36 @@ fn pictures_show_the_highest_grain_with_water_below_it_and_without() {
     let [_, top] = heights_shown("dry-picture-wet", &wet, "1 mm");
     assert!((top - 8e-3).abs() < 1e-3, "{top}");
 }
+
+#[test]
+fn a_heap_is_measured_in_the_tank_that_carries_it() {
+    let folder = Scratch::new("dry-heap");
+    // A ridge of held grains twice as wide as high.
+    let grain = |i: i32, j: i32| {
+        let (x, y, z) = (20.0 + f64::from(i), 0.5 + f64::from(j), 8.0 - 0.5 * f64::from(i.abs()));
+        format!("{{ position = [\"{x} mm\", \"{y} mm\", \"{z} mm\"] }}")
+    };
+    let places: Vec<String> = (-12..=12).flat_map(|i| (0..8).map(move |j| grain(i, j))).collect();
+    let ridge = format!(
+        "grains.0={{ shape.sphere.diameter = \"1 mm\", motion = \"fixed\", placement.list = [{}] }}",
+        places.join(", ")
+    );
+    let box_of =
+        ["domain.size=[\"40 mm\", \"8 mm\", \"14 mm\"]", "boundary={ x2 = \"periodic\", x3_upper = \"outflow\" }"];
+    let angle = |name: &str, more: &[&str]| {
+        let heap = ["heap={ shape = \"ridge\", axis = [\"20 mm\", \"4 mm\"] }", "run.until=30 ms", &ridge];
+        let left = ran(TANK, &[&box_of[..], &heap, more].concat(), &folder.join(name), On::threads(1));
+        let found = &left.summary["observables"]["heap"];
+        found["angle_deg"].as_f64().unwrap_or_else(|| panic!("{found}"))
+    };
+    let at_rest = angle("rest", &[]);
+    assert!((at_rest - 0.5f64.atan().to_degrees()).abs() < 2.0, "{at_rest}");
+    // The tank is 5 mm aside by then, and moves.
+    let motion =
+        "frame.motion={ amplitude = [\"6 mm\", \"0 mm\", \"0 mm\"], frequency = \"5 Hz\", walls = \"moving\" }";
+    let carried = angle("carried", &[motion]);
+    assert!((carried / at_rest - 1.0).abs() < 1e-9, "{carried} for {at_rest}");
+    // Negative control: about another line it is another.
+    let aside = angle("aside", &["heap.axis=[\"15 mm\", \"4 mm\"]"]);
+    assert!((aside / at_rest - 1.0).abs() > 1e-3, "{aside} for {at_rest}");
+}

@@ -41,6 +41,8 @@ fn entry_pressures_that_make_no_sense_are_refused_with_the_way_out() {
     let wide =
         refusal(COLUMN, &["grains.0.shape.sphere.diameter=0.4 mm", "grains.0.placement.lattice.counts=[1, 1, 7]"]);
     assert!(wide.contains("no grains narrower than four cells"), "{wide}");
+    let flat = refusal(COLUMN, &["domain.cells=[5, 5, 64]"]);
+    assert!(flat.contains("cells that are no cubes"), "{flat}");
     let bare = refusal(COLUMN, &["grains=[]"]);
     assert!(bare.contains("an entry pressure without grains"), "{bare}");
     // What is only doubted.

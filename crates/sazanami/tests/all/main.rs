@@ -24,6 +24,7 @@ mod gates;
 mod grain_files;
 mod grain_sizes;
 mod held;
+mod held_flow;
 mod inviscid;
 mod moving_particles;
 mod moving_walls;
@@ -42,6 +43,7 @@ mod states;
 mod support;
 mod surface_tension;
 mod thick_surface;
+mod touching_liquids;
 mod weights;
 
 #[global_allocator]

@@ -4,6 +4,8 @@ use crate::support::{Left, On, Scratch, findings, go_on, ran, refusal};
 use sazanami_numerics::Real;
 
 const BOX: &str = include_str!("../cases/open-sides-box.toml");
+/// A drop on a bed of grains between walls.
+const DROP: &str = include_str!("../cases/equivalence-drop-on-bed.toml");
 
 fn largest(left: &Left, column: &str) -> Real {
     left.column(column).into_iter().filter(|value| value.is_finite()).fold(0.0, |a: Real, b| a.max(b.abs()))
@@ -65,6 +67,24 @@ fn fluids_at_rest_beside_open_sides_stay_at_rest() {
         On::threads(1),
     );
     assert!(largest(&falls, "kinetic_energy_fluid") > 1e-3);
+}
+
+#[test]
+fn a_full_box_spills_over_its_open_top_when_it_is_tilted() {
+    let scratch = Scratch::new("open-spills");
+    let full = below([0.0, 0.0, 1e3], [0.0, 0.0, 1.0]);
+    let energy = |name: &str, gravity: &str, sides: &str| {
+        let keys = [&open(sides)[..], &full, &format!("gravity={gravity}"), "run.until=20 ms"];
+        largest(&ran(BOX, &keys, &scratch.join(name), On::threads(1)), "kinetic_energy_fluid")
+    };
+    let tilted = "[\"1.7 m/s^2\", \"0 m/s^2\", \"-9.65 m/s^2\"]";
+    let spilling = energy("top", tilted, "x3_upper = \"outflow\"");
+    // Half a litre, the upper part of which falls along the top: some centimetres a second.
+    assert!((1e-6..1e-3).contains(&spilling), "{spilling}");
+    // Negative controls: a box that stands level, and a closed one.
+    let [level, closed] =
+        [energy("level", "9.81 m/s^2", "x3_upper = \"outflow\""), energy("closed", tilted, "x3_upper = \"slip\"")];
+    assert!(level < 1e-18 && closed < 1e-18, "{level} {closed}");
 }
 
 #[test]
@@ -376,4 +396,54 @@ fn fluids_of_one_density_flow_through_open_sides_alike() {
     assert!(pool.len() > 3 && apart(&pool, &full) < 0.03, "{pool:?} {full:?}");
     // Negative control: light gas above the pool is driven elsewhere.
     assert!(apart(&energies("light", "1 kg/m^3", 43.0), &full) > 0.1);
+}
+
+#[test]
+fn a_closed_box_books_nothing_with_its_open_sides() {
+    let scratch = Scratch::new("open-closed");
+    // Over the momentum of the drop: what passes the sides, and what no cell could take.
+    let booked = |name: &str, overrides: &[&str]| {
+        let left = ran(DROP, overrides, &scratch.join(name), On::threads(1));
+        let drop = left.column("momentum_liquid_3")[0].abs();
+        ["impulse_open_sides_3", "impulse_residue_3"].map(|column| largest(&left, column) / drop)
+    };
+    let [through, residue] = booked("closed", &[]);
+    assert!(through == 0.0 && residue < 1e-3, "{through:e} {residue:e}");
+    // Negative control: gas goes out at the top and comes in again.
+    let [through, _] = booked("open", &["boundary.x3_upper=outflow"]);
+    assert!(through > 1e-12, "{through:e}");
+}
+
+#[test]
+fn a_bath_beside_a_dry_box_is_warned_of() {
+    let bath =
+        open("x1_lower = { fixed_pressure = { fluid = \"liquid\", pressure = \"2 kPa\" } }, x1_upper = \"outflow\"");
+    let is_told = |more: &[&str]| {
+        let told = findings(BOX, &[&[&bath[..]], more].concat());
+        told.iter().any(|finding| finding.contains("no liquid lies before x1_lower"))
+    };
+    assert!(is_told(&[]));
+    // Controls: with a pool before it, and without gravity, where liquid does come in.
+    assert!(!is_told(&[&below([0.0, 0.0, 43.0], [0.0, 0.0, 1.0])]));
+    assert!(!is_told(&["gravity=0 m/s^2"]));
+}
+
+#[test]
+fn the_first_step_knows_the_pressure_of_open_sides() {
+    let scratch = Scratch::new("open-pushed");
+    // A column of 20 mm behind which there is a bar of a thousandth of a metre of water for each millimetre: 500 g.
+    let sides = "boundary={ all = \"slip\", x1_lower = { fixed_pressure = { fluid = \"liquid\", pressure = \"100 kPa\" } }, x1_upper = \"outflow\" }";
+    let column = below([20.0, 0.0, 0.0], [1.0, 0.0, 0.0]);
+    let front = |name: &str, more: &[&str]| {
+        let keys =
+            [&["gravity=0 m/s^2", sides, &column[..], "run.until=1 ms", "output.series={ steps = 1 }"], more].concat();
+        let left = ran(BOX, &keys, &scratch.join(name), On::threads(1));
+        (left.last("front") - 20e-3, left.column("dt")[1])
+    };
+    let (way, first) = front("run", &[]);
+    // Half of 5000 m/s^2 for a millisecond; the mass grows meanwhile.
+    assert!((1.8e-3..2.6e-3).contains(&way) && first < 1e-4, "{way} after a first step of {first}");
+    // Negative control: without the pressure nothing moves, and the first step is long.
+    let (still, long) = front("still", &["boundary.x1_lower.fixed_pressure.pressure=0 Pa"]);
+    assert!(still.abs() < 1e-9 && long > 1e-4, "{still} {long}");
 }

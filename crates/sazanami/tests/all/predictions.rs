@@ -323,3 +323,19 @@ fn surfaces_of_grains_take_the_disk_that_is_foretold() {
     // Negative control: what holds one of them does not hold the others.
     assert!(foretold[0] > 3.0 * foretold[1], "{foretold:?}");
 }
+
+#[test]
+fn profiles_of_the_water_take_the_disk_that_is_foretold() {
+    let dam = include_str!("../../../../cases/both/dam-break.toml");
+    let keys = ["solver=mps", "run.steps=40", "output.series={ steps = 1 }"];
+    let folder = Scratch::new("disk-profiles");
+    let run = folder.join("run");
+    let loaded = load(dam, &keys);
+    heard(&loaded, &On::threads(2).options(Some(&run)));
+    let size = |name: &str| std::fs::metadata(run.join(name)).expect("it is a file").len() as Real;
+    let (series, profiles) = (size("series.csv"), size("water.csv"));
+    let (_, bytes) = foretold(&loaded.case).disk_parts.into_iter().find(|(name, _)| *name == "series").expect("a part");
+    assert!((0.6..1.6).contains(&(bytes / (series + profiles))), "{bytes} for {series} and {profiles}");
+    // Negative control: the rows of the series alone are a small part of it.
+    assert!(series < 0.4 * bytes, "{series} of {bytes}");
+}

@@ -231,6 +231,18 @@ fn boxes_without_gas_or_without_liquid_run() {
     // Negative control: beside a quarter of a disc the gas has a centre, elsewhere.
     let beside = place("beside", "{ cylinder = { diameters = [\"0.8 mm\", \"0.6 mm\"] } }");
     assert!(beside.iter().all(|place| *place > 0.51e-3), "{beside:?}");
+    // A held sphere is no gas: it leaves the cube of a millimetre a centre on the other side.
+    let around = [
+        "domain={ size = [\"1 mm\", \"1 mm\", \"1 mm\"], cells = [16, 16, 16] }",
+        "liquid.0.region={ half_space = { point = [\"0 mm\", \"0 mm\", \"-1 mm\"] } }",
+        "material.m.density=2000 kg/m^3",
+        "grains=[{ material = \"m\", shape.sphere.diameter = \"0.5 mm\", motion = \"fixed\", placement.list = [{ position = [\"0.3 mm\", \"0.5 mm\", \"0.5 mm\"] }] }]",
+    ];
+    let left = ran(SLICE, &around, &scratch.join("around"), On::threads(1));
+    let sphere = std::f64::consts::PI / 48.0;
+    let expected = 1e-3 * (0.5 - 0.3 * sphere) / (1.0 - sphere);
+    let found = left.column("gas_centre_1");
+    assert!(found.iter().all(|place| (place / expected - 1.0).abs() < 1e-3), "{found:?} for {expected}");
     // A bubble on the seam of periodic sides has its centre there, and not in the middle of the box.
     let bubble = "liquid=[{ region.half_space = { point = [\"0 mm\", \"0 mm\", \"1 m\"] } }, \
                   { fluid = \"gas\", region.cylinder = { centre = [\"0 mm\", \"0 mm\", \"0.5 mm\"], diameters = [\"0.5 mm\", \"0.5 mm\"] } }]";

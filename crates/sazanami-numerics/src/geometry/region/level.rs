@@ -47,7 +47,8 @@ impl Region {
     }
 
     /// Share of the cell with this centre and these half edges, on `lines` x `lines` lines along the direction in which the surface is
-    /// steepest, each of which it passes once.
+    /// steepest, each of which it passes once; what lies between two ends that are both outside, or both inside, is looked for in as many
+    /// pieces of the line.
     pub(super) fn share_along_normal(&self, centre: Vector, half: Vector, lines: u32) -> Real {
         let slopes: [Real; 3] = std::array::from_fn(|d| {
             let step = half * Vector::AXES[d];
@@ -66,28 +67,39 @@ impl Region {
                     point[along] += t * half[along];
                     self.level(point) <= 0.0
                 };
-                let ends = [inside(-1.0), inside(1.0)];
-                sum += match ends {
-                    [true, true] => 1.0,
-                    [false, false] => 0.0,
-                    [first, _] => {
-                        let (mut low, mut high) = (-1.0, 1.0);
-                        for _ in 0..HALVINGS {
-                            let middle = 0.5 * (low + high);
-                            if inside(middle) == first {
-                                low = middle;
-                            } else {
-                                high = middle;
-                            }
-                        }
-                        let reached = 0.5 * (1.0 + low);
-                        if first { reached } else { 1.0 - reached }
-                    }
+                let [first, last] = [inside(-1.0), inside(1.0)];
+                let end_of = |piece: u32| 2.0 * Real::from(piece) / Real::from(lines) - 1.0;
+                sum += if first != last {
+                    share_of_line(inside, [-1.0, 1.0], first)
+                } else if (1..lines).all(|piece| inside(end_of(piece)) == first) {
+                    Real::from(u8::from(first))
+                } else {
+                    let pieces = (1..=lines).map(|piece| {
+                        let ends = [piece - 1, piece].map(end_of);
+                        let [from, to] = ends.map(&inside);
+                        if from == to { Real::from(u8::from(from)) } else { share_of_line(inside, ends, from) }
+                    });
+                    pieces.sum::<Real>() / Real::from(lines)
                 };
             }
         }
         sum / Real::from(lines * lines)
     }
+}
+
+/// Share of a line that lies `inside`, which passes a surface once between its ends; `first` says whether it begins inside.
+fn share_of_line(inside: impl Fn(Real) -> bool, [from, to]: [Real; 2], first: bool) -> Real {
+    let (mut low, mut high) = (from, to);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if inside(middle) == first {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    let reached = (low - from) / (to - from);
+    if first { reached } else { 1.0 - reached }
 }
 
 impl Wave {
@@ -111,6 +123,7 @@ mod tests {
 
     use super::super::RegionFractions;
     use super::*;
+    use crate::Quaternion;
     use crate::grid::Grid;
 
     fn total(region: &Region, grid: &Grid) -> Real {
@@ -118,6 +131,29 @@ mod tests {
         let [n1, n2, n3] = grid.cells.map(|n| n as isize);
         let cells = (0..n3).flat_map(|k| (0..n2).flat_map(move |j| (0..n1).map(move |i| [i, j, k])));
         cells.map(|[i, j, k]| fractions.fraction(i, j, k)).sum::<Real>() * grid.cell_volume()
+    }
+
+    #[test]
+    fn bodies_between_the_ends_of_lines_do_not_vanish() {
+        let grid = Grid::new([5, 5, 5], Vector::ZERO, Vector::splat(5.0));
+        let middle = Vector::splat(2.5);
+        let exact = |a: Real, b: Real, c: Real| PI / 0.75 * a * b * c;
+        let ball = Region::Sphere { centre: middle, radius: 0.4 };
+        assert!((total(&ball, &grid) / exact(0.4, 0.4, 0.4) - 1.0).abs() < 1e-12);
+        let disc = |half: Real| Region::Spheroid {
+            centre: middle,
+            semi_axes: Vector::new(2.2, 2.2, half),
+            orientation: Quaternion::IDENTITY,
+        };
+        for half in [0.4, 0.05, 0.01] {
+            assert!((total(&disc(half), &grid) / exact(2.2, 2.2, half) - 1.0).abs() < 1e-9, "{half}");
+        }
+        let pipe = Region::Cylinder { centre: middle, axis: 1, semi_axes: [0.3, 0.35], wave: Wave::NONE };
+        assert!((total(&pipe, &grid) / (PI * 0.3 * 0.35 * 5.0) - 1.0).abs() < 0.1);
+        // A hole between two bodies that fill the rest of a cell is a hole.
+        let [below, above] = [[0.0, 2.3], [2.6, 5.0]]
+            .map(|[low, high]| Region::Box { lower: Vector::new(0.0, 0.0, low), upper: Vector::new(5.0, 5.0, high) });
+        assert!((total(&Region::Union(vec![below, above]), &grid) / (25.0 * 4.7) - 1.0).abs() < 1e-9);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use sazanami_io::replace_file;
 use sazanami_numerics::Real;
-use sazanami_observe::ripples::{BedForms, Growth};
+use sazanami_observe::ripples::BedForms;
 use serde_json::Value;
 
 use super::tables::RunTables;
@@ -54,9 +54,7 @@ const COLUMNS: [Column; 8] = [
     column("relief [mm]", (1e3, 2, false), "relief [m]", |run| {
         number(&run.summary, &["observables", "ripples", "relief_mm"]).map(|relief| 1e-3 * relief)
     }),
-    column("growth [1/s]", (1.0, 2, true), "growth [1/s]", |run| {
-        Growth::of(&run.reliefs()).ok().map(|growth| growth.rate)
-    }),
+    column("growth [1/s]", (1.0, 2, true), "growth [1/s]", |run| run.growth().map(|(growth, _)| growth.rate)),
     column("volume [%]", (1e2, 2, true), "fluid_bulk_volume_relative_change", |run| {
         number(&run.summary, &["conservation", "fluid_bulk_volume_relative_change"])
     }),

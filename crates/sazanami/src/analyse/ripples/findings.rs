@@ -1,6 +1,5 @@
 //! Ripples by the tables of a whole run, in the form of the summary.
 
-use sazanami_observe::ripples::Growth;
 use serde_json::{Map, Value, json};
 
 use super::cycles::{CycleAverage, QUANTITIES};
@@ -13,8 +12,7 @@ use crate::recorder::{relief_of, surface_json, tank_of};
 /// what its state at the end does not know.
 pub(super) fn of_history(tables: &RunTables, cycles: &[CycleAverage], compared: &[Compared]) -> Map<String, Value> {
     let mut found = Map::new();
-    if let Ok(growth) = Growth::of(&tables.reliefs()) {
-        let per = if tables.period.is_some() { "periods" } else { "times" };
+    if let Some((growth, per)) = tables.growth() {
         found.insert(
             "growth".into(),
             json!({ "rate_per_s": growth.rate, "standard_error_per_s": growth.standard_error, per: growth.points }),

@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use sazanami_numerics::Real;
-use sazanami_observe::ripples::Growth;
 use serde_json::Value;
 
 use super::cycles::{CycleAverage, QUANTITIES};
@@ -80,8 +79,7 @@ fn of_relief(tables: &RunTables) -> Vec<Row> {
     if let Some((_, relief)) = tables.relief.last() {
         rows.push(row("relief of the bed, all wavelengths, rms", format!("{:.3} mm", 1e3 * relief)));
     }
-    if let Ok(growth) = Growth::of(&tables.reliefs()) {
-        let per = if tables.period.is_some() { "periods" } else { "times" };
+    if let Some((growth, per)) = tables.growth() {
         let text = format!("{:+.3} +- {:.3} 1/s over {} {per}", growth.rate, growth.standard_error, growth.points);
         rows.push(row("  growth", text));
     }

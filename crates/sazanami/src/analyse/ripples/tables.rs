@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use sazanami_numerics::Real;
-use sazanami_observe::ripples::{BedForms, SurfaceProfile};
+use sazanami_observe::ripples::{BedForms, Growth, SurfaceProfile};
 use serde_json::Value;
 
 use crate::analyse::summary_file::summary;
@@ -83,7 +83,7 @@ pub(super) struct RunTables {
     pub(super) relief: Vec<(Real, Real)>,
     /// Mound and ripples at the end.
     pub(super) forms: Option<BedForms>,
-    /// Period of the tank \[s], if it moves in cycles.
+    /// Period of the tank or the flow \[s], if they swing in cycles.
     pub(super) period: Option<Real>,
 }
 
@@ -111,8 +111,14 @@ impl RunTables {
         ends.reduce(Real::max)
     }
 
+    /// Growth of the relief, and what it is fitted to: ends of whole `periods`, or all `times` where nothing swings.
+    pub(super) fn growth(&self) -> Option<(Growth, &'static str)> {
+        let per = if self.period.is_some() { "periods" } else { "times" };
+        Some((Growth::of(&self.reliefs()).ok()?, per))
+    }
+
     /// Reliefs of the bed at the ends of whole periods, or at all times without a period [s, m].
-    pub(super) fn reliefs(&self) -> Vec<(Real, Real)> {
+    fn reliefs(&self) -> Vec<(Real, Real)> {
         match self.period {
             Some(period) => at_whole_periods(self.relief.iter().copied(), period),
             None => self.relief.clone(),

@@ -5,6 +5,8 @@ use std::f64::consts::TAU;
 use sazanami_mics::solver::Solver;
 use sazanami_numerics::{Real, Vector};
 
+use super::outside_grains;
+
 /// Length of the mean direction of the gas along a periodic direction from which on it lies together there: 1 at one place, 0 all along.
 const TOGETHER: Real = 0.2;
 /// Part of the box that is no gas but the rounding of liquid fractions.
@@ -17,7 +19,7 @@ pub(crate) struct Interface {
     pub energy: Real,
     /// Largest speed of a cell [m/s].
     pub speed: Real,
-    /// Root mean square by mass of the difference from the mean velocity [m/s].
+    /// Root mean square by mass, outside grains, of the difference from the mean velocity [m/s].
     pub deviation: Real,
     /// Mean place of the gas \[m]; none where there is no gas.
     pub gas_centre: Option<Vector>,
@@ -31,21 +33,25 @@ impl Interface {
         let u = flow.velocity.each_ref().map(sazanami_numerics::grid::Field::data);
         let square = |at: usize| u.iter().map(|u| u[at] * u[at]).sum::<Real>();
         let fastest = domain.max_rows(&domain.interior(), |row| row.shifted(0).map(square).fold(0.0, Real::max));
-        let rho = flow.density.data();
+        let mass_of = |at: usize| outside_grains(solver, at)[1] * flow.density.data()[at];
         let [mass, momenta @ ..] = domain.sum(domain.sum_rows(&domain.interior(), |row| {
             let mut sums = [0.0; 4];
             for at in row.shifted(0) {
-                sums[0] += rho[at];
-                (0..3).for_each(|d| sums[1 + d] += rho[at] * u[d][at]);
+                let mass = mass_of(at);
+                sums[0] += mass;
+                (0..3).for_each(|d| sums[1 + d] += mass * u[d][at]);
             }
             sums
         }));
         let mean = momenta.map(|momentum| momentum / mass);
         let [deviation] = domain.sum(domain.sum_rows(&domain.interior(), |row| {
             let off = |at: usize| (0..3).map(|d| (u[d][at] - mean[d]).powi(2)).sum::<Real>();
-            [row.shifted(0).map(|at| rho[at] * off(at)).sum()]
+            [row.shifted(0).map(|at| mass_of(at) * off(at)).sum()]
         }));
-        let c = flow.volume_fraction.data();
+        let gas_in = |at: usize| {
+            let [liquid, room] = outside_grains(solver, at);
+            room - liquid
+        };
         let (grid, periodic) = (domain.grid(), domain.periodic());
         let (lower, extent) = (grid.lower, grid.extent());
         // Along periodic directions the mean is taken from a seam opposite the gas, if it lies together.
@@ -53,7 +59,7 @@ impl Interface {
         let [volume, turns @ ..] = domain.sum(domain.sum_rows(&domain.interior(), |row| {
             let mut sums = [0.0; 7];
             for (at, i) in row.shifted(0).zip(row.first..) {
-                let (gas, place) = (1.0 - c[at], domain.centre(i, row.j, row.k));
+                let (gas, place) = (gas_in(at), domain.centre(i, row.j, row.k));
                 sums[0] += gas;
                 for d in (0..3).filter(|&d| periodic[d]) {
                     let (sin, cos) = angle(d, place).sin_cos();
@@ -72,7 +78,7 @@ impl Interface {
         let moments = domain.sum(domain.sum_rows(&domain.interior(), |row| {
             let mut sums = [0.0; 3];
             for (at, i) in row.shifted(0).zip(row.first..) {
-                let (gas, place) = (1.0 - c[at], domain.centre(i, row.j, row.k));
+                let (gas, place) = (gas_in(at), domain.centre(i, row.j, row.k));
                 (0..3).for_each(|d| sums[d] += gas * from_seam(d, place));
             }
             sums

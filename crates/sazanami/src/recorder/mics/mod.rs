@@ -11,8 +11,8 @@ use sazanami_dem::{Arrivals, Departures};
 use sazanami_io::table::{Column, Value};
 use sazanami_mics::momentum::{Impulses, StoredMomentum};
 use sazanami_mics::solver::{Solver, StepReport};
+use sazanami_numerics::Real;
 use sazanami_numerics::snapshot::Snapshot;
-use sazanami_numerics::{Real, Vector};
 use sazanami_observe::budget::{LiquidBudget, LiquidVolume, MomentumBudget};
 use sazanami_observe::erosion::{CraterCourse, Erosion, ErosionSettings, InitialBed, VolumeCourse};
 use sazanami_observe::splash::SplashTracker;
@@ -21,7 +21,7 @@ use sazanami_observe::{BedView, Ground};
 use super::bed::GatheredGrains;
 use super::files::Files;
 use super::observer::{DoneStep, Observer, Output, SeriesCell, SummaryParts, Warning};
-use crate::case::meaning::{Case, FluidName, LiquidRegion, ProbePlace};
+use crate::case::meaning::{Case, ProbePlace};
 use crate::clock::Clock;
 use crate::job::{Job, RankError, RecordError, Totals};
 use crate::state::WaterState;
@@ -32,7 +32,10 @@ pub(super) use summary::{CONSERVATION, EROSION, Findings, REST, SOAKED, SPLASH};
 
 /// The table of the crater's profiles as the reference page has it.
 pub(super) fn profile_page() -> String {
-    let first = crate::columns::page("A row per observation (with `[erosion]`).", series::PROFILE);
+    let first = crate::columns::page(
+        "A row per observation (with `[erosion]`): the surface in the layers of the paper, of which `volume_by_layers_mm3` is; rim, depth and the volumes are those of a smooth surface.",
+        series::PROFILE,
+    );
     first
         + "| `height_0`, `height_1`, ... | m | smoothed height (coordinate of x3) of the bed's surface in each layer about the axis |\n"
 }
@@ -342,6 +345,17 @@ fn liquid_share(solver: &Solver, at: usize) -> Option<Real> {
     if room == 1.0 { Some(liquid) } else { (room > 0.0).then(|| liquid / room) }
 }
 
+/// Liquid outside grains in the cell at a place in memory, and the room of liquid and gas there, in cell volumes.
+fn outside_grains(solver: &Solver, at: usize) -> [Real; 2] {
+    let grains = solver.grains();
+    if solver.has_open_room() || grains.is_empty() {
+        return solver.liquid_and_room(at);
+    }
+    // Grains may overlap: a cell holds no more than itself.
+    let room = 1.0 - grains.covered().solid_fraction.data()[at].min(1.0);
+    [room * solver.flow().volume_fraction.data()[at], room]
+}
+
 /// Largest place of the interface along x1 \[m]: of the last cell of a row that is at least half full, the liquid in it and
 /// in the next cell reaches that far from its lower side. Ghosts are filled.
 fn front(solver: &Solver) -> Option<Real> {
@@ -376,10 +390,9 @@ pub(super) fn initial_heights(snapshot: &Snapshot) -> Option<InitialBed> {
     Some(InitialBed { heights: heights.to_vec(), noise, noise_below_rim })
 }
 
-/// Number of liquids that move at the start: the drops of an impact.
+/// Number of liquids that fall at the start: the drops of an impact.
 pub(crate) fn drops(case: &Case) -> usize {
-    let falls = |liquid: &&LiquidRegion| liquid.fluid == FluidName::Liquid && liquid.velocity != Vector::ZERO;
-    case.liquids.iter().filter(falls).count()
+    case.liquids.iter().filter(|liquid| liquid.falls()).count()
 }
 
 pub(crate) fn erosion_settings(case: &Case) -> Option<ErosionSettings> {

@@ -105,10 +105,12 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<GridObserver>] = quantities! 
         => |row| of_impulses(row, |impulses| (impulses.gravity_on_fluid + impulses.gravity_on_grains).z);
     "impulse_displaced_mass_flux_3", "N s", "momentum brought by the fluid that grains displace"
         => |row| of_impulses(row, |impulses| impulses.displaced_mass_flux.z);
-    "impulse_open_sides_3", "N s", "momentum through open sides along x3, that of grains that leave or are fed in and of clipped liquid included"
+    "impulse_open_sides_3", "N s", "momentum through open sides along x3, that of grains that leave or are fed in included"
         => |row| of_impulses(row, |impulses| impulses.open_sides.z);
     "impulse_held_grains_3", "N s", "impulse on grains that are held, along x3"
         => |row| of_impulses(row, |impulses| impulses.held_grains.z);
+    "impulse_residue_3", "N s", "momentum along x3 that liquid brought or took as it was clipped, and that cells without grains were too light to take: an error"
+        => |row| of_impulses(row, |impulses| impulses.residue.z);
     "momentum_residual_3", "N s", "change of the momentum less all impulses"
         => |row| of_budget(row, |budget| budget.residual().z);
     "momentum_residual_relative", "", "the residual of all directions over the largest term of the budget, or over the momentum that all that moves would have along one direction if that is more"
@@ -123,9 +125,9 @@ pub(in crate::recorder) const INTERFACE: &[SeriesCell<GridObserver>] = quantitie
         => |row| of_interface(row, |interface| interface.energy);
     "largest_fluid_speed", "m/s", "largest speed of liquid and gas in a cell"
         => |row| of_interface(row, |interface| interface.speed);
-    "velocity_deviation", "m/s", "root mean square by mass of the difference of the velocity from its mean"
+    "velocity_deviation", "m/s", "root mean square by mass, outside grains, of the difference of the velocity from its mean"
         => |row| of_interface(row, |interface| interface.deviation);
-    "gas_centre_1", "m", "mean x1 of the gas, across periodic sides where it lies together; empty where there is none"
+    "gas_centre_1", "m", "mean x1 of the gas outside grains, across periodic sides where it lies together; empty where there is none"
         => |row| of_interface(row, |interface| interface.gas_centre.map(|centre| centre.x));
     "gas_centre_3", "m", "mean x3 of the gas, the same; empty where there is none"
         => |row| of_interface(row, |interface| interface.gas_centre.map(|centre| centre.z));

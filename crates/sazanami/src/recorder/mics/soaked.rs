@@ -3,7 +3,7 @@
 use sazanami_mics::solver::Solver;
 use sazanami_numerics::Real;
 
-use super::liquid_share;
+use super::{liquid_share, outside_grains};
 
 /// Liquid below the level of the bed before the impact.
 #[derive(Clone, Copy, Debug)]
@@ -23,11 +23,7 @@ impl Soaked {
         let domain = solver.domain();
         let (grid, interior) = (domain.grid(), domain.interior());
         let (width, below) = (grid.spacing.z, domain.strides()[2] as usize);
-        let solid = solver.grains().covered().solid_fraction.data();
         let share = |at: usize| liquid_share(solver, at).unwrap_or_default();
-        let outside = |at: usize| {
-            if solver.has_open_room() { solver.liquid_and_room(at)[0] } else { (1.0 - solid[at].min(1.0)) * share(at) }
-        };
         let floor = |k: isize| grid.lower.z + k as Real * width;
         let depth = domain.max_rows(&interior, |row| {
             let next = |at: usize| if row.k == 0 { 0.0 } else { share(at - below) };
@@ -36,7 +32,7 @@ impl Soaked {
         });
         let [cells] = domain.sum_rows(&interior, |row| {
             let part = ((level - floor(row.k)) / width).clamp(0.0, 1.0);
-            [if part > 0.0 { part * row.shifted(0).map(outside).sum::<Real>() } else { 0.0 }]
+            [if part > 0.0 { part * row.shifted(0).map(|at| outside_grains(solver, at)[0]).sum::<Real>() } else { 0.0 }]
         });
         Self {
             level: level - grid.lower.z,

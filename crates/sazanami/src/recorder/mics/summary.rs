@@ -146,11 +146,11 @@ pub(crate) const EROSION: &[Field<Evaluated>] = quantities! {
 
 /// Fields of `observables.crater_rest`: by the course of the volume below the rim, as `series.csv` has it.
 pub(crate) const REST: &[Field<Rest>] = quantities! {
-    "at_rest", "", "whether the crater has come to rest: the volume below its rim has kept within its uncertainty, 3 % at least, for a tenth of the run or longer, and its mean over the second half of that time is that over the first half to a quarter of the uncertainty"
+    "at_rest", "", "whether the crater has come to rest: the volume below its rim has kept within its uncertainty, 3 % at least, for a tenth of the run or longer, and `late_drift_mm3` is a quarter of the uncertainty at most"
         => |rest| json!(rest.at_rest);
     "within_uncertainty_since_s", "s", "time from which the volume below the rim stays within its uncertainty, 3 % at least, of the last one"
         => |rest| json!(rest.since);
-    "late_drift_mm3", "mm^3", "mean of that volume over the second half of the time since then, less that over the first"
+    "late_drift_mm3", "mm^3", "mean of that volume over the second half of the time since then, less that over the first; where that time is half of the run or more, twice the difference of its last two quarters"
         => |rest| json!(1e9 * rest.drift);
 };
 

@@ -95,7 +95,7 @@ pub(crate) struct ParticleObserver {
     forms: Option<BedFormSettings>,
     /// Motion of the tank, where its walls move.
     moving: Option<TankMotion>,
-    /// Period of that motion, or of the acceleration that stands for it \[s].
+    /// Period of that motion, or of what else swings the tank or the flow \[s].
     period: Option<Real>,
     /// Constant force per mass, gravity in the box as a rule [m/s^2].
     force: Vector,
@@ -202,7 +202,8 @@ pub(crate) fn tank_of(case: &Case) -> TankInside {
         [0, 1].map(|d| if case.periodic()[d] { ripples::Sides::Periodic } else { ripples::Sides::Walls });
     let (lower, upper) = (case.domain.lower, case.domain.upper);
     let lid = (!case.boundary[2][1].is_open() && !case.periodic()[2]).then_some(upper.z);
-    TankInside { x: [lower.x, upper.x], y: [lower.y, upper.y], floor: lower.z, lid, ends, sides }
+    let repeats = case.periodic()[2].then_some(upper.z - lower.z);
+    TankInside { x: [lower.x, upper.x], y: [lower.y, upper.y], floor: lower.z, lid, ends, sides, repeats }
 }
 
 impl Observer for ParticleObserver {
@@ -327,13 +328,12 @@ impl Observer for ParticleObserver {
         files.map_or(Ok(()), |files| fields::write(job, &self.gathered, clock, files))
     }
 
-    fn tank_place(&self, clock: &Clock) -> Vector {
-        tank_motion(self.moving.as_ref(), clock.time())[0]
+    fn tank(&self, time: Real) -> [Vector; 2] {
+        tank_motion(self.moving.as_ref(), time)
     }
 
     fn written_frame(&self, job: &Job, clock: &Clock) -> [Vector; 2] {
-        let (tank, written) =
-            (tank_motion(self.moving.as_ref(), clock.time()), job.case.to_written_frame(clock.time()));
+        let (tank, written) = (self.tank(clock.time()), job.case.to_written_frame(clock.time()));
         [0, 1].map(|n| tank[n] - written[n])
     }
 
@@ -409,7 +409,7 @@ impl ParticleObserver {
     /// Gathers grains and water as they are at `time` \[s], once. All ranks take part.
     fn gather(&mut self, water: &mut Solver, time: Real) {
         if self.gathered_at != Some(time) {
-            self.gathered.renew(water, tank_motion(self.moving.as_ref(), time));
+            self.gathered.renew(water, self.tank(time));
             self.gathered_at = Some(time);
         }
     }

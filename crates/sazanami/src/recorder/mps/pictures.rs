@@ -45,7 +45,7 @@ pub(super) fn draw(
     Ok(())
 }
 
-/// Caption of a time \[s] in pictures: with the phase of the tank, if it has a `period` \[s], and where it is and how
+/// Caption of a time \[s] in pictures: with the phase of what swings, if it has a `period` \[s], and where it is and how
 /// it accelerates, if it moves.
 fn moment(case: &Case, period: Option<Real>, time: Real) -> String {
     let mut text = format!("t = {time:.3} s");

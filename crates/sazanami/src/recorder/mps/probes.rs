@@ -27,6 +27,8 @@ pub(super) struct OfBody {
     contact_force: Vector,
     drag: Vector,
     pressure_force: Vector,
+    lift: Vector,
+    added_mass_force: Vector,
     void_fraction: Real,
 }
 
@@ -60,6 +62,12 @@ const OF_BODY: &[Cell<OfBody>] = quantities! {
     "pressure_force_1", "N", "force of the pressure, buoyancy included, along x1" => |at| at.pressure_force.x.into();
     "pressure_force_2", "N", "along x2" => |at| at.pressure_force.y.into();
     "pressure_force_3", "N", "along x3" => |at| at.pressure_force.z.into();
+    "lift_1", "N", "lift along x1" => |at| at.lift.x.into();
+    "lift_2", "N", "along x2" => |at| at.lift.y.into();
+    "lift_3", "N", "along x3" => |at| at.lift.z.into();
+    "added_mass_force_1", "N", "force by which the added mass resists, along x1" => |at| at.added_mass_force.x.into();
+    "added_mass_force_2", "N", "along x2" => |at| at.added_mass_force.y.into();
+    "added_mass_force_3", "N", "along x3" => |at| at.added_mass_force.z.into();
     "void_fraction", "", "void fraction around the grain, without its own share" => |at| at.void_fraction.into();
 };
 
@@ -106,9 +114,11 @@ fn at_points(case: &Case, view: &View<'_>, time: Real, points: &[Vector]) -> Vec
     let body_force = case.effective_gravity([time; 2]);
     let [_, drift] = case.to_written_frame(time);
     let around = gathered.around(tank);
-    // Across a wall the pressure grows as in fluid at rest: less that it does not change there. Along periodic sides there is no such growth.
+    // Across a wall the pressure grows as in fluid at rest in the tank: less that it does not change there. Along periodic sides there is no
+    // such growth.
     let held = Vector::from_array(case.periodic().map(|periodic| if periodic { 0.0 } else { 1.0 }));
-    let weight = case.fluid.liquid.density * body_force * held;
+    let of_tank = if case.walls_move() { case.tank_at(time)[2] } else { Vector::ZERO };
+    let weight = case.fluid.liquid.density * (body_force - of_tank) * held;
     let [x, y, z] = &case.boundary;
     let between_walls = !x.iter().chain(y).chain([&z[0]]).any(BoundarySide::is_open) && !case.periodic()[2];
     let read = |point: Vector| {
@@ -140,6 +150,8 @@ fn of_body(case: &Case, gathered: &GatheredTank, time: Real, id: u64) -> Vec<Val
             .map_or(Vector::ZERO, |(_, force)| *force),
         drag: grains.drag[n],
         pressure_force: grains.pressure_force[n],
+        lift: grains.lift[n],
+        added_mass_force: grains.added_mass_force[n],
         void_fraction: grains.void_fraction[n],
     };
     cells(OF_BODY, &body).collect()

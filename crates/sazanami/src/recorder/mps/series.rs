@@ -50,7 +50,7 @@ fn carried_share(row: &SeriesRow<'_>) -> Value {
 /// Columns of the series.
 pub(in crate::recorder) const SERIES: &[SeriesCell<ParticleObserver>] = quantities! {
     ..pressure_iterations();
-    "pressure_residual", "", "relative residual that the pressure solver left"
+    "pressure_residual", "", "residual that the pressure solver left, as a volume strain in the step"
         => |row| of_step(row, |step| step.pressure.residual);
     "removed_mean_strain", "", "mean taken off the source of the pressure equation, so that it can be solved in a closed tank"
         => |row| of_step(row, |step| step.pressure.removed_mean);
@@ -69,9 +69,9 @@ pub(in crate::recorder) const SERIES: &[SeriesCell<ParticleObserver>] = quantiti
         => |row| of_step(row, |step| step.pressure.limited_rows);
     "stabilised_pairs", "", "with the published scheme alone: pairs that the dynamic stabilisation (DS) pushes apart; 0.7 to 0.9 of the number of fluid particles"
         => |row| of_step(row, |step| step.stabilised_pairs);
-    "stabilisation_work", "J", "work of these pushes (negative: taken from the water)"
+    "stabilisation_work", "J", "work of what keeps particles apart (negative: taken from the water): these pushes, or the damping of the default scheme"
         => |row| of_step(row, |step| step.stabilisation_work);
-    "largest_viscosity", "m^2/s", "largest kinematic viscosity: that of the water, with `particles.turbulence` and eddies on top"
+    "largest_viscosity", "m^2/s", "largest kinematic viscosity of the default scheme: that of the water, with `particles.turbulence` and eddies on top; 0 with the published one"
         => |row| of_step(row, |step| step.largest_viscosity);
     "largest_shift", "m", "longest displacement by particle shifting"
         => |row| of_step(row, |step| step.largest_shift);

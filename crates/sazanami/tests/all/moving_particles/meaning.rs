@@ -45,6 +45,21 @@ fn the_projection_suits_the_case_and_the_radius_the_projection() {
 }
 
 #[test]
+fn the_cycles_of_a_case_are_those_of_all_that_swings() {
+    let tunnel = include_str!("../../../../../cases/ripples/tunnel.toml");
+    let of = |change: &[&str]| load(tunnel, change).case.period();
+    assert_eq!(of(&[]), Some(1.0));
+    let both = |frequency: &str| {
+        let amplitude = "amplitude = [\"0.1 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"]";
+        of(&[&format!("frame.oscillation={{ {amplitude}, frequency = \"{frequency}\" }}")])
+    };
+    assert_eq!([both("2 Hz"), both("0.5 Hz"), both("0.7 Hz")], [Some(1.0), Some(2.0), None]);
+    assert_eq!(load(TANK, &[]).case.period(), Some(0.2));
+    // Control: a steady flow has none.
+    assert_eq!(load(include_str!("../../../../../cases/ripples/channel.toml"), &[]).case.period(), None);
+}
+
+#[test]
 fn resolved_tanks_mean_the_same() {
     let first = load(TANK, &["frame.motion.walls=moving", "particles.dt=0.1 ms", "overlap.forchheimer=0.55"]).case;
     assert_eq!(first.solver, Solver::Mps);
