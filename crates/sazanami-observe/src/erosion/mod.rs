@@ -175,11 +175,19 @@ impl Erosion {
         // A rim nearer than a layer is a grain, one within the place that is dug out deepest a heap that stands in the crater.
         let plain = Crater::with_rim_beyond(&surface, settings.layer, 0.0).ok_or(ErosionError::NoSurface)?;
         let deepest = initial.and_then(|initial| dug_deepest(&surface, initial, DUG * settings.grain_size));
-        let moat = deepest.filter(|deepest| *deepest > plain.rim_radius).unwrap_or_default();
-        let crater_of = |surface: &Profile| Crater::with_rim_beyond(surface, settings.layer.max(moat), moat);
-        let mut crater = crater_of(&surface).unwrap_or(plain);
+        let beyond = |surface: &Profile, moat: Real| Crater::with_rim_beyond(surface, settings.layer.max(moat), moat);
         // A parabola on one side may bend before the end.
-        crater.rim_at_edge |= crater.rim_radius > settings.largest_radius - 0.5 * bandwidth;
+        let is_at_edge =
+            |crater: &Crater| crater.rim_at_edge || crater.rim_radius > settings.largest_radius - 0.5 * bandwidth;
+        // A ditch has a rim of its own; what falls off to the edge has none.
+        let has_rim = |moat: &Real| {
+            let ditch = beyond(&surface, *moat).filter(|crater| !is_at_edge(crater));
+            ditch.is_some_and(|crater| crater.greatest_depth >= DUG * settings.grain_size)
+        };
+        let moat = deepest.filter(|deepest| *deepest > plain.rim_radius).filter(has_rim).unwrap_or_default();
+        let crater_of = |surface: &Profile| beyond(surface, moat);
+        let mut crater = crater_of(&surface).unwrap_or(plain);
+        crater.rim_at_edge = is_at_edge(&crater);
         let &ErosionSettings { axis, lower, upper, .. } = settings;
         let rim_cut = (0..2).any(|d| crater.rim_radius > (axis[d] - lower[d]).min(upper[d] - axis[d]));
         let smoothings: Vec<Crater> =
