@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use sazanami_numerics::Real;
 
-use super::Profile;
+use super::{InitialBed, Profile};
 
 /// Volume [m^3] of the cap from its rim radius, eq. (14): `V = (pi H/6)(3 L^2 + H^2)`; zero if it is no hollow.
 #[must_use]
@@ -88,6 +88,14 @@ fn volume_to(profile: &Profile, heights: &[Real], last: usize, moat: Real) -> Re
         if profile.radius(n) < moat { depth.max(0.0) } else { depth }
     };
     (0..=last).map(|n| below(n) * profile.area(n)).sum()
+}
+
+/// Distance from the axis \[m] of the place where a surface lies deepest below the bed before the impact, if by `least` \[m] or more.
+pub(super) fn dug_deepest(surface: &Profile, initial: &InitialBed, least: Real) -> Option<Real> {
+    let heights = surface.filled();
+    let dug = |n: usize| initial.heights[n] - heights[n];
+    let deepest = (0..heights.len().min(initial.heights.len())).max_by(|&a, &b| dug(a).total_cmp(&dug(b)))?;
+    (dug(deepest) >= least).then(|| surface.radius(deepest))
 }
 
 /// Volumes [m^3] of a profile below and above a reference profile: what was dug out and what was heaped up.

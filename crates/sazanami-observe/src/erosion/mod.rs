@@ -174,7 +174,7 @@ impl Erosion {
         let surface = surface_with(bandwidth);
         // A rim nearer than a layer is a grain, one within the place that is dug out deepest a heap that stands in the crater.
         let plain = Crater::with_rim_beyond(&surface, settings.layer, 0.0).ok_or(ErosionError::NoSurface)?;
-        let deepest = initial.and_then(|initial| dug_deepest(&surface, initial, DUG * settings.grain_size));
+        let deepest = initial.and_then(|initial| crater::dug_deepest(&surface, initial, DUG * settings.grain_size));
         let beyond = |surface: &Profile, moat: Real| Crater::with_rim_beyond(surface, settings.layer.max(moat), moat);
         // A parabola on one side may bend before the end.
         let is_at_edge =
@@ -300,14 +300,6 @@ impl Erosion {
         }
         found
     }
-}
-
-/// Distance from the axis \[m] of the place where a surface lies deepest below the bed before the impact, if by `least` \[m] or more.
-fn dug_deepest(surface: &Profile, initial: &InitialBed, least: Real) -> Option<Real> {
-    let heights = surface.filled();
-    let dug = |n: usize| initial.heights[n] - heights[n];
-    let deepest = (0..heights.len().min(initial.heights.len())).max_by(|&a, &b| dug(a).total_cmp(&dug(b)))?;
-    (dug(deepest) >= least).then(|| surface.radius(deepest))
 }
 
 #[cfg(test)]

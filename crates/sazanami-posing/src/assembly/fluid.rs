@@ -187,10 +187,7 @@ fn pour(case: &Case, domain: &Domain, boundary: &Boundary, flow: &mut Flow, bed_
         let Flow { volume_fraction, .. } = flow;
         domain.for_each_row(&domain.interior(), volume_fraction.data_mut(), |row, c| {
             for ((c, &beta), i) in c.iter_mut().zip(&beta.data()[row.shifted(0)]).zip(row.first..) {
-                let is_filled = |point| {
-                    let last = poured.iter().rev().find(|(_, earlier)| earlier.contains(point));
-                    last.is_some_and(|(fluid, _)| *fluid == FluidName::Liquid)
-                };
+                let is_filled = |point| is_liquid_at(poured.iter().map(|(fluid, earlier)| (*fluid, earlier)), point);
                 let (centre, edges) = (domain.centre(i, row.j, row.k), domain.grid().spacing);
                 *c = left_by((is_filled, *c), (|point| region.contains(point), beta), centre, edges);
             }
@@ -208,6 +205,14 @@ fn pour(case: &Case, domain: &Domain, boundary: &Boundary, flow: &mut Flow, bed_
         Some(initial) => flow.add_velocity(domain, boundary, |x| initial.at(&case.domain, x)),
         None => flow.fill_halos(domain, boundary),
     }
+}
+
+/// Whether liquid is at a place after all of these have been poured, the later ones in place of the earlier.
+pub(super) fn is_liquid_at<'a>(
+    poured: impl DoubleEndedIterator<Item = (FluidName, &'a Region)>,
+    point: Vector,
+) -> bool {
+    poured.rev().find(|(_, region)| region.contains(point)).is_some_and(|(fluid, _)| fluid == FluidName::Liquid)
 }
 
 /// What a region that fills the part `beta` of a cell about `centre` with these edges leaves of the part `c` that others fill: all that there

@@ -334,10 +334,8 @@ impl Liquids {
         let shares = shares(domain, grains, cells, |[i, j, k]| {
             let covered = |share: Real, (n, (fraction, liquid)): (usize, &(RegionFractions<'_>, &Liquid))| {
                 let part = fraction.fraction(i, j, k);
-                let is_filled = |point| {
-                    let last = fractions[..n].iter().rev().find(|(_, earlier)| earlier.region.contains(point));
-                    last.is_some_and(|(_, earlier)| earlier.fluid == FluidName::Liquid)
-                };
+                let earlier = || fractions[..n].iter().map(|(_, earlier)| (earlier.fluid, &earlier.region));
+                let is_filled = |point| fluid::is_liquid_at(earlier(), point);
                 let is_taken = |point| liquid.region.contains(point);
                 let left = fluid::left_by((is_filled, share), (is_taken, part), cells.centre(i, j, k), cells.spacing);
                 left + if liquid.fluid == FluidName::Liquid { part } else { 0.0 }
