@@ -410,7 +410,7 @@ impl Case {
     /// Frequencies \[Hz] at which the box is shaken or the flow driven: of a recorded motion that of its strongest harmonic.
     fn swing_frequencies(&self) -> impl Iterator<Item = Real> {
         let frame = self.frame.as_ref();
-        let motion = frame.and_then(|frame| frame.motion.as_ref()?.harmonic()).map(|(_, frequency)| frequency);
+        let motion = frame.and_then(|frame| frame.motion.as_ref()?.frequency());
         let oscillations = [frame.and_then(|frame| frame.oscillation), self.drive.and_then(|drive| drive.oscillation)];
         let swings = oscillations.into_iter().flatten().filter(|swing| swing.amplitude != Vector::ZERO);
         swings.map(|swing| swing.frequency).chain(motion)

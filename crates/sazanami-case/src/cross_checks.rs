@@ -41,6 +41,7 @@ pub fn check(case: &Case, cx: &mut Context<'_>) {
     check_late_outputs(case, cx);
     check_end_of_motion(case, cx);
     check_gauges(case, cx);
+    check_falls(case, cx);
     check_beds(case, cx);
     check_heap(case, cx);
     plausible::check(case, cx);
@@ -113,6 +114,19 @@ fn check_gauges(case: &Case, cx: &mut Context<'_>) {
                 )
                 .label("it gives the height up to which liquid stands over the floor at x3_lower")
                 .help("let gravity point along -x3, or take points or planes");
+        }
+    }
+}
+
+/// Warns of falls that gravity does not make.
+fn check_falls(case: &Case, cx: &mut Context<'_>) {
+    for (number, liquid) in case.liquids.iter().enumerate().filter(|_| falls_elsewhere(case)) {
+        if let Some(span) = cx.places.of(&format!("liquid.{number}.fall")) {
+            let [x, y, z] = liquid.velocity.to_array().map(rounded);
+            cx.report
+                .warning(Some(span), "a fall leads along -x3, and gravity points elsewhere")
+                .label(format!("this liquid begins with the velocity ({x}, {y}, {z}) m/s"))
+                .help("let gravity point along -x3, or give the `velocity`");
         }
     }
 }
@@ -312,7 +326,9 @@ fn check_feeds(case: &Case, cx: &mut Context<'_>) {
             cx.report
                 .error(span, "a tank that is moved is fed no grains")
                 .label("its sides are elsewhere when they come")
-                .help("leave out `frame`, or put the grains in at the start");
+                .help(
+                    "leave out `walls`, so that the box stands and its frame moves, or put the grains in at the start",
+                );
         }
         let extent = population.shape.extent().unwrap_or(0.0) * population.sizes().largest();
         let part = feed.upper - feed.lower;

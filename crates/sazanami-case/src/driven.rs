@@ -152,7 +152,10 @@ pub fn check_fall(case: &Case, cx: &mut Context<'_>) {
     }
     if case.mean_flow().is_some_and(|flow| {
         let weight = |d: usize| flow.held[d] && pull[d].abs() >= pull.abs().max_element() && pull[d] != 0.0;
-        flow.acts_by == ActsBy::Mass && (0..3).any(weight) && case.grains.iter().any(Population::has_free_grains)
+        !flow.moves_box
+            && flow.acts_by == ActsBy::Mass
+            && (0..3).any(weight)
+            && case.grains.iter().any(Population::has_free_grains)
     }) {
         cx.report
             .warning(

@@ -7,7 +7,8 @@ use crate::presets::Solver;
 use crate::read::Context;
 use crate::surface_tension::LARGEST;
 use crate::tables::{
-    BoundarySide, BoxDomain, Coupling, DemOptions, FilmRoughness, Population, SIDE_NAMES, usual_margin,
+    BoundarySide, BoxDomain, Coupling, DAMPING, DemOptions, FilmRoughness, Population, SIDE_NAMES, SPEED_AT_REST,
+    STRAIN_AT_REST, usual_margin,
 };
 use crate::units::rounded;
 
@@ -189,6 +190,12 @@ fn check_idle(case: &Case, cx: &mut Context<'_>) {
     let net = case.mean_flow().is_some_and(|flow| flow.net);
     // Defaults, which the case in a run's folder has too, pass.
     let (dem, usual) = (&case.dem, DemOptions::default());
+    let before = &case.preparation;
+    let rolls = dem.rolling_friction != usual.rolling_friction;
+    let by_shape = !bare && !case.grains.iter().any(Population::may_be_round);
+    let why_by_shape = "grains of several contact spheres resist rolling by their shape";
+    let unrested = case.solver == Solver::Mps && before.relax_steps == 0;
+    let why_unrested = "water does not come to rest before the run: `preparation.relax_steps` is 0";
     let idle = [
         ("fluid.surface_tension", dry, "there is no liquid"),
         ("fluid.entry_pressure", dry, "there is no liquid"),
@@ -200,10 +207,15 @@ fn check_idle(case: &Case, cx: &mut Context<'_>) {
         ("dem.soften", bare, "there are no grains"),
         ("dem.soften", case.run.packing_only, "the run packs its bed, with springs of its own, and ends"),
         ("dem.substeps", bare && dem.substeps != usual.substeps, "there are no grains"),
-        ("dem.rolling_friction", bare && dem.rolling_friction != usual.rolling_friction, "there are no grains"),
+        ("dem.rolling_friction", rolls && bare, "there are no grains"),
+        ("dem.rolling_friction", rolls && by_shape, why_by_shape),
         ("coupling", bare && case.coupling != Coupling::default(), "there are no grains"),
         ("contact", bare, "there are no grains"),
         ("overlap", bare, "there are no grains"),
+        ("preparation.damping", unrested && before.damping != DAMPING, why_unrested),
+        ("preparation.strain", unrested && before.strain != STRAIN_AT_REST, why_unrested),
+        ("preparation.speed", unrested && before.speed != SPEED_AT_REST, why_unrested),
+        ("preparation.must_rest", unrested && !before.must_rest, why_unrested),
         ("ripples.margin", around, "the box is periodic along x1, has no end walls and is measured whole"),
     ];
     for (key, without, why) in idle {

@@ -159,6 +159,8 @@ impl<'t> At<'t> {
             Some(DeValue::Integer(_) | DeValue::Float(_)) => "a bare number",
             Some(DeValue::Boolean(_)) => "true or false",
             Some(DeValue::Array(_)) => "a list",
+            Some(DeValue::Datetime(moment)) if moment.date.is_none() => "a time of day",
+            Some(DeValue::Datetime(_)) => "a date",
             _ => "a table",
         }
     }

@@ -177,7 +177,7 @@ pub struct UnitError {
 pub fn parse_quantity(text: &str) -> Result<(Real, Dimension), UnitError> {
     let start = text.len() - text.trim_start().len();
     let (mantissa, exponent, unit_start) = split_number(text, start)?;
-    let mut reader = UnitReader { text, position: unit_start, brackets: 0 };
+    let mut reader = UnitReader { text, start: unit_start, position: unit_start, brackets: 0 };
     let unit = reader.product(false)?;
     if reader.position < text.len() {
         return Err(reader.error_here("this does not belong to a unit"));
@@ -289,8 +289,33 @@ impl Unit {
     }
 }
 
+/// Length \[bytes] of an exponent that stands directly behind a unit: digits, with a sign, or behind `**` of other languages.
+fn bare_exponent(text: &str) -> Option<usize> {
+    let stars = text.strip_prefix("**").map_or(0, |_| "**".len());
+    let sign = usize::from(text[stars..].starts_with(['-', '+']));
+    let rest = &text[stars + sign..];
+    let digits = rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());
+    (digits > 0).then_some(stars + sign + digits)
+}
+
+/// A unit with `^` before each of its exponents.
+fn with_carets(unit: &str) -> String {
+    let mut meant = String::new();
+    let mut after_symbol = false;
+    for (at, c) in unit.char_indices() {
+        if after_symbol && bare_exponent(&unit[at..]).is_some() {
+            meant.push('^');
+        }
+        after_symbol = c.is_alphabetic() || matches!(c, '%' | '°' | ')');
+        meant.push(c);
+    }
+    meant.replace("^**", "^")
+}
+
 struct UnitReader<'a> {
     text: &'a str,
+    /// Where the unit begins.
+    start: usize,
     position: usize,
     /// Brackets that are open.
     brackets: usize,
@@ -388,6 +413,15 @@ impl UnitReader<'_> {
         Unit::ONE.times(unit, power).ok_or_else(|| self.beyond_reason(start))
     }
 
+    /// Of an exponent of `length` bytes that stands here without `^`.
+    fn missing_caret(&self, length: usize) -> UnitError {
+        UnitError {
+            message: "an exponent follows `^`".into(),
+            suggestion: Some(format!("write `{}`", with_carets(self.text[self.start..].trim()))),
+            range: self.position..self.position + length,
+        }
+    }
+
     /// `^n`, a superscript, or nothing (1).
     fn power(&mut self) -> Result<i8, UnitError> {
         const SUPERSCRIPTS: [char; 12] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹', '⁻', '⁺'];
@@ -407,7 +441,7 @@ impl UnitReader<'_> {
                 self.position += c.len_utf8();
             }
             if digits.is_empty() {
-                return Ok(1);
+                return bare_exponent(self.rest()).map_or(Ok(1), |length| Err(self.missing_caret(length)));
             }
         }
         digits.parse::<i8>().ok().filter(|n| (-9..=9).contains(n)).ok_or_else(|| self.beyond_reason(start))
@@ -551,6 +585,23 @@ mod tests {
         assert!(error("0,02 s").message.contains("decimal point") && error("0,02 s").range == (0..4));
         assert_eq!([meant("0,02 s"), meant("-1,5e-3 m/s")], ["write `\"0.02 s\"`", "write `\"-1.5e-3 m/s\"`"]);
         assert_eq!([meant("1,000.5 mm"), meant("1,000,000 mm")], ["write `\"1000.5 mm\"`", "write `\"1000000 mm\"`"]);
+        for (text, unit, range) in [
+            ("2650 kg/m3", "kg/m^3", 9..10),
+            ("9.8 m/s2", "m/s^2", 7..8),
+            ("9.8 m s-2", "m s^-2", 7..9),
+            ("9.8 m/s**2", "m/s^2", 7..10),
+            ("1e-6 m2/s", "m^2/s", 6..7),
+            ("1 kg**1/(m s2)3", "kg^1/(m s^2)^3", 4..7),
+        ] {
+            let error = error(text);
+            assert_eq!((&error.message[..], error.range), ("an exponent follows `^`", range), "{text}");
+            assert_eq!(error.suggestion, Some(format!("write `{unit}`")));
+        }
+        // Negative controls: exponents behind `^`, and numbers that are none.
+        let same = |a: &str, b: &str| assert_eq!(parse_quantity(a).unwrap(), parse_quantity(b).unwrap());
+        same("2650 kg/m^3", "2650 kg m^-3");
+        same("9.8 m/s²", "9.8 m*s^-2");
+        same("3 m 1/s", "3 m/s");
         assert!(error("1 m^").message.contains("whole number"));
         assert!(error("1 (m").message.contains("bracket"));
         assert!(error("1e999 m").message.contains("finite"));

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use sazanami_case::key::{DefaultDoc, KeyDoc};
+use sazanami_case::meaning::GrainPlacement;
 use sazanami_case::{Explained, Keys, explain};
 
 const BASE: &str = include_str!("cases/refused-base.toml");
@@ -377,6 +378,72 @@ fn a_decimal_comma_is_named() {
 }
 
 #[test]
+fn an_exponent_without_its_caret_is_named_with_the_unit_that_is_meant() {
+    for (unit, meant) in [("kg/m3", "kg/m^3"), ("kg m-3", "kg m^-3"), ("kg/m**3", "kg/m^3"), ("g/cm3", "g/cm^3")] {
+        let density = |unit: &str| format!("material.sand.density=2 {unit}");
+        refused(&density(unit), "`density` cannot be read: an exponent follows `^`");
+        refused(&density(unit), &format!("write `{meant}`"));
+        let taken = findings(&[&density(meant)]);
+        assert!(!taken.iter().any(|text| text.contains("cannot be read")), "negative control: {taken:#?}");
+    }
+}
+
+#[test]
+fn an_array_that_is_asked_for_twice_is_refused() {
+    refused("output.grain_arrays=[\"id\", \"id\", \"speed\"]", "`grain_arrays` has `id` twice");
+    let found = findings(&["output.grain_arrays=[\"mass\", \"id\", \"mass\", \"id\"]"]);
+    assert_eq!(found.len(), 2, "{found:#?}");
+    assert!(findings(&["output.grain_arrays=[\"id\", \"speed\", \"mass\"]"]).is_empty());
+}
+
+#[test]
+fn whole_numbers_that_are_too_large_and_dates_are_called_so() {
+    refused("run.steps=9223372036854775808", "`steps` is larger than 9223372036854775807");
+    refused("run.steps=0x8000000000000000", "`steps` is larger than 9223372036854775807");
+    refused("run.steps=-9223372036854775809", "`steps` has to be 1 or more");
+    refused("run.steps=1.5", "`steps` is not a whole number");
+    assert!(findings(&["run.steps=9223372036854775807"]).is_empty());
+    let said = |value: &str| {
+        let overrides = [format!("run.until={value}")];
+        sazanami_case::parse(Path::new("c.toml"), BASE, &overrides).expect_err("no time").to_string()
+    };
+    for (value, kind) in [("1979-05-27", "a date"), ("07:32:00", "a time of day"), ("{ s = 1 }", "a table")] {
+        assert!(said(value).contains(&format!("{kind}; expected a time")), "{}", said(value));
+    }
+}
+
+#[test]
+fn orientations_do_not_hang_on_the_length_in_which_they_are_given() {
+    let turned = |keys: &str| {
+        let list = format!("{{ list = [{{ position = [\"4 mm\", \"4 mm\", \"4 mm\"], {keys} }}] }}");
+        let overrides = [format!("grains.0.placement={list}")];
+        let case =
+            sazanami_case::parse(Path::new("c.toml"), TANK, &overrides).unwrap_or_else(|error| panic!("{error}"));
+        match &case.case.grains[0].placement {
+            GrainPlacement::List(list) => list[0].orientation,
+            other => panic!("{other:?}"),
+        }
+    };
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    for size in ["1", "1e200", "1e-200", "1.7e308", "5e-324"] {
+        let found = turned(&format!("quaternion = [{size}, -{size}, 0, 0]"));
+        let off = [found.w - half, found.x + half, found.y, found.z];
+        assert!(off.iter().all(|part| part.abs() < 1e-15), "{size}: {found}");
+        let found = turned(&format!("axis = [-{size}, 0, 0], angle = \"90 deg\""));
+        let off = [found.w - half, found.x + half, found.y, found.z];
+        assert!(off.iter().all(|part| part.abs() < 1e-15), "{size}: {found}");
+    }
+    // Negative controls: what points nowhere.
+    let refused = |keys: &str, words: &str| {
+        let list = format!("{{ list = [{{ position = [\"4 mm\", \"4 mm\", \"4 mm\"], {keys} }}] }}");
+        let found = findings_of(TANK, &[&format!("grains.0.placement={list}")]);
+        assert!(found.len() == 1 && found[0].contains(words), "{found:#?}");
+    };
+    refused("quaternion = [0, 0, -0.0, 0]", "a quaternion must not be zero");
+    refused("axis = [0, 0, 0], angle = \"90 deg\"", "an axis needs a direction");
+}
+
+#[test]
 fn a_misspelt_file_is_found_beside_it() {
     let folder = std::env::temp_dir().join(format!("sazanami-misspelt-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
@@ -431,4 +498,19 @@ fn keys_that_would_do_nothing_are_refused() {
     let found = findings_of(TANK, &[&motion(", axis = \"x2\"")]);
     assert!(found.iter().any(|text| text.contains("a motion by a formula has no `axis`")), "{found:#?}");
     assert!(!findings_of(TANK, &[&motion("")]).iter().any(|text| text.contains("has no `axis`")));
+}
+
+#[test]
+fn a_gap_above_a_bed_needs_a_lowest_point_and_a_bed_that_is_packed_moves() {
+    let found = |region: &str| {
+        findings(&[&format!("liquid=[{{ name = \"jet\", region.{region}, gap_above_bed = \"1 mm\" }}]")])
+    };
+    let jet = "cylinder = { axis = \"x3\", diameters = [\"2 mm\", \"2 mm\"] }";
+    for region in [jet, "half_space = { point = [\"0 mm\", \"0 mm\", \"2 mm\"] }"] {
+        let found = found(region);
+        assert!(found.len() == 1 && found[0].contains("this region has no lowest point"), "{region}: {found:#?}");
+    }
+    // Negative control: a drop has one.
+    assert!(found("sphere.diameter = \"2 mm\"").is_empty(), "{:#?}", found("sphere.diameter = \"2 mm\""));
+    refused("grains.0.motion=fixed", "grains that are held cannot be packed");
 }

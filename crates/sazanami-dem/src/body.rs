@@ -115,6 +115,12 @@ impl Body {
         self.centres == [Vector::ZERO] && self.inertia == Vector::splat(self.inertia.x)
     }
 
+    /// Whether it touches others as a ball does, with one contact sphere: nothing in its shape resists rolling.
+    #[must_use]
+    pub fn is_round(&self) -> bool {
+        self.radii.len() == 1
+    }
+
     /// Largest ratio of mass to effective mass at a contact point, along the normal and across it; see [`crate::stability`].
     #[must_use]
     pub fn leverage(&self) -> [Real; 2] {

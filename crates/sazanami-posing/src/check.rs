@@ -127,7 +127,8 @@ pub fn check(case: &Case, known: Known, machine: &Machine, threads: usize, model
     let pictures = pictures::time(case, &populations, [pace.steps, pace.mean], model);
     let predict = |pace: &Pace| {
         let Pace { steps, stable: dt, passes, mean_substeps: substeps, .. } = *pace;
-        let work = cost::Work { steps, dt, passes, substeps, packing, pictures, made_ready: known.made_ready };
+        let files = disk::files(case, [steps, pace.mean]);
+        let work = cost::Work { steps, dt, passes, substeps, packing, pictures, files, made_ready: known.made_ready };
         // Threads beyond the processors take turns on them.
         cost::predict(case, &populations, &size, &work, particles.as_ref(), threads.min(machine.cores), model)
     };

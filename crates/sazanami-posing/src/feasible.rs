@@ -6,6 +6,7 @@
 mod above_bed;
 mod beds;
 mod blocked;
+mod carried;
 mod overlaps;
 mod pace;
 mod placed;
@@ -18,7 +19,7 @@ use std::ops::Range;
 use sazanami_dem::{Body, Engine};
 use sazanami_io::bed::Bed;
 use sazanami_numerics::geometry::{Exact, Shape};
-use sazanami_numerics::{Quaternion, Real};
+use sazanami_numerics::{Quaternion, Real, Vector};
 
 use crate::assembly::grains;
 use crate::assembly::shapes::shape_of;
@@ -75,7 +76,7 @@ pub fn check(loaded: &LoadedCase, machine: &Machine, model: &CostModel) -> Resul
     let (shapes, beds) = (shapes(loaded, &mut report), beds::read(loaded, &mut report));
     let facts = match complete(loaded, &shapes, &beds) {
         Ok(shapes) => {
-            let facts = facts_of_all(&shapes, &beds);
+            let facts = facts_of_all(&loaded.case, &shapes, &beds);
             let mut search = Search { loaded, case: &loaded.case, shapes: &shapes, beds: &beds, report: &mut report };
             search.faults(&facts);
             search.pace(&facts, model);
@@ -89,7 +90,7 @@ pub fn check(loaded: &LoadedCase, machine: &Machine, model: &CostModel) -> Resul
                 .filter(is_left)
                 .filter_map(|n| shapes[n].clone().map(|shape| (shape, beds[n].clone())))
                 .unzip();
-            let facts = facts_of_all(&shapes, &beds);
+            let facts = facts_of_all(&rest.case, &shapes, &beds);
             Search { loaded: &rest, case: &rest.case, shapes: &shapes, beds: &beds, report: &mut report }
                 .faults(&facts);
             return Err(loaded.refused(report));
@@ -108,8 +109,9 @@ fn complete(loaded: &LoadedCase, shapes: &[Option<Shape>], beds: &[Option<Bed>])
     if left_out.is_empty() { Ok(shapes.iter().flatten().cloned().collect()) } else { Err(left_out) }
 }
 
-fn facts_of_all(shapes: &[Shape], beds: &[Option<Bed>]) -> Vec<ShapeFacts> {
-    shapes.iter().zip(beds).map(|(shape, bed)| facts_of(shape, bed.as_ref())).collect()
+fn facts_of_all(case: &Case, shapes: &[Shape], beds: &[Option<Bed>]) -> Vec<ShapeFacts> {
+    let each = case.grains.iter().zip(shapes).zip(beds);
+    each.map(|((population, shape), bed)| facts_of(population, shape, bed.as_ref())).collect()
 }
 
 /// The same for a run whose grains are already there: their shapes only.
@@ -127,7 +129,7 @@ pub fn check_without_grains(
     if report.has_errors() {
         return Err(loaded.refused(report));
     }
-    let facts = shapes.iter().map(|shape| facts_of(shape, None)).collect();
+    let facts = loaded.case.grains.iter().zip(&shapes).map(|(of, shape)| facts_of(of, shape, None)).collect();
     Ok(Feasible { beds: vec![None; shapes.len()], shapes, facts, warnings: report })
 }
 
@@ -201,8 +203,19 @@ fn shapes(loaded: &LoadedCase, report: &mut Diagnostics) -> Vec<Option<Shape>> {
     shapes
 }
 
+/// How fast listed grains that turn cover space as they begin, and how fast a point of their surfaces is at most [m/s].
+fn beginning(population: &Population, shape: &Shape) -> [Real; 2] {
+    let GrainPlacement::List(list) = &population.placement else { return [0.0; 2] };
+    list.iter().filter(|grain| grain.angular_velocity != Vector::ZERO).fold([0.0; 2], |[cover, point], grain| {
+        let (speed, turn) = (grain.velocity.length(), grain.angular_velocity);
+        let along_normal = shape.turning_speed((grain.orientation * shape.drawn()).inverse() * turn);
+        let around = shape.bounding_radius() * turn.length();
+        [cover.max(speed + grain.factor * along_normal), point.max(speed + grain.factor * around)]
+    })
+}
+
 /// Facts about a shape for the report of `check`.
-fn facts_of(shape: &Shape, bed: Option<&Bed>) -> ShapeFacts {
+fn facts_of(population: &Population, shape: &Shape, bed: Option<&Bed>) -> ShapeFacts {
     let report = shape.report();
     let mut first =
         format!("{} nodes, {} tetrahedra, volume {}", report.nodes, report.tetrahedra, amounts::volume(report.volume));
@@ -244,6 +257,7 @@ fn facts_of(shape: &Shape, bed: Option<&Bed>) -> ShapeFacts {
         bed_volume: bed.map(|bed| report.volume * bed.grains.iter().map(|grain| grain.scale.powi(3)).sum::<Real>()),
         body: Some(Body::from(shape)),
         corners: Some(shape.surface().nodes.len()),
+        begins: beginning(population, shape),
         lines,
     }
 }
@@ -265,11 +279,13 @@ impl Search<'_> {
         self.widths(facts);
         self.periods(facts);
         let lying = grains::placed(self.case, self.shapes, self.beds);
+        self.carried_within(&lying);
         let lying: Vec<Placed> = lying.iter().map(|grain| self.as_it_lies(grain)).collect();
         self.within_box(&lying);
         self.clear_of_gates(&lying);
         self.ways_are_free(&lying);
         self.overlaps(&lying);
+        self.packed_apart(facts);
         self.beside_packed(&lying);
         self.liquids(&lying);
         self.poured();

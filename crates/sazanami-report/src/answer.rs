@@ -1,6 +1,7 @@
 //! Main results of a run in a few large numbers, and the objections to them.
 
 use sazanami::analyse;
+use sazanami::artist::NO_CRATER;
 use sazanami::case::units::with_bar;
 use sazanami::finished::Finished;
 use sazanami::results::as_word;
@@ -179,13 +180,15 @@ pub fn warnings(run: &Finished, log: &str) -> Vec<String> {
     ] {
         found.extend(text(&path).map(|why| format!("{what} was not evaluated: {why}.")));
     }
-    if summary["observables"]["erosion"]["rim_at_edge"] == true {
+    let erosion = &summary["observables"]["erosion"];
+    if erosion["rim_at_edge"] == true {
         found.push(
             "The rim of the crater lies at the edge of the box or at `erosion.r_max`: its volumes cannot be trusted."
                 .into(),
         );
     }
-    if summary["observables"]["crater_rest"]["at_rest"] == false {
+    let is_crater = !erosion["volume_below_rim_doubts"].as_str().unwrap_or_default().contains(NO_CRATER);
+    if is_crater && summary["observables"]["crater_rest"]["at_rest"] == false {
         found.push("The crater has not come to rest at the end of the run: its volumes are not the final ones.".into());
     }
     let counted = [

@@ -203,9 +203,12 @@ impl Search<'_> {
             )));
         }
         if points.is_empty() {
-            // By itself: a target that no run finds is told by the first one. That it meets all of them is no end: how well
-            // they determine the keys is told by the others.
-            match self.evaluate(&first[..1]) {
+            points.push(first[0].clone());
+        }
+        if points.len() == 1 {
+            // By itself, also when a command before ended with it: a target that no run finds is told by the first one. That it
+            // meets all of them is no end: how well they determine the keys is told by the others.
+            match self.evaluate(&points) {
                 Ok(()) | Err(End::Met) => {}
                 Err(end) => return Some(end),
             }

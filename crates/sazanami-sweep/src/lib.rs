@@ -37,4 +37,4 @@ pub use sensitivity::SENSITIVITY;
 pub use state::{Progressed, State};
 pub use sweep::Sweep;
 pub use table::TABLE;
-pub use work::Outcome;
+pub use work::{Outcome, Sensitivity};

@@ -70,6 +70,7 @@ pub fn runs(plan: &Plan, machine: &Machine, threads: usize) -> Result<Vec<Run>, 
     let mut report = Diagnostics::default();
     let mut found = Vec::new();
     let mut wrong = 0;
+    let mut causes = Causes { plan, machine, last: 0 };
     let points: Vec<Vec<Laid>> = points(plan, &mut report);
     for (number, point) in points.iter().enumerate() {
         let posed = load(plan, point).and_then(|loaded| run(&loaded, point, machine, threads));
@@ -79,7 +80,7 @@ pub fn runs(plan: &Plan, machine: &Machine, threads: usize) -> Result<Vec<Run>, 
                 found.push(run);
             }
             Err(error) => {
-                translate(plan, point, &error, &mut report);
+                translate((number + 1, point), &error, &mut causes, &mut report);
                 wrong += 1;
                 if wrong >= MOST_WRONG {
                     break;
@@ -123,9 +124,57 @@ fn points(plan: &Plan, report: &mut Diagnostics) -> Vec<Vec<Laid>> {
     all
 }
 
-fn load(plan: &Plan, point: &[Laid]) -> Result<LoadedCase, Box<CaseError>> {
-    let overrides: Vec<String> = point.iter().map(|laid| laid.text.clone()).collect();
+fn load<'a>(plan: &Plan, point: impl IntoIterator<Item = &'a Laid>) -> Result<LoadedCase, Box<CaseError>> {
+    let overrides: Vec<String> = point.into_iter().map(|laid| laid.text.clone()).collect();
     case::load(&plan.case, &overrides)
+}
+
+/// Values of the keys that vary.
+fn settings(point: &[Laid]) -> Vec<(String, String)> {
+    point.iter().filter(|laid| laid.varies).map(|laid| (laid.key.clone(), laid.value.shown())).collect()
+}
+
+/// Where a finding on a case comes from that points to none of the keys of the plan.
+enum Origin {
+    /// From the case itself.
+    Case,
+    /// From the override of this number: without it there is no such finding.
+    Key(usize),
+    /// From several overrides.
+    Keys,
+}
+
+/// Looks for the origins of findings.
+struct Causes<'a> {
+    plan: &'a Plan,
+    machine: &'a Machine,
+    /// The override that the one before came from.
+    last: usize,
+}
+
+impl Causes<'_> {
+    /// Origin of the findings of this title.
+    fn of(&mut self, title: &str, point: &[Laid]) -> Origin {
+        // With the overrides of some numbers alone; nothing is known of it where these make no case.
+        let comes = |takes: &dyn Fn(usize) -> bool| {
+            let taken = point.iter().enumerate().filter(|(n, _)| takes(*n)).map(|(_, laid)| laid);
+            let is_among = |error: &CaseError| error.diagnostics.sorted().iter().any(|finding| finding.title == title);
+            match load(self.plan, taken) {
+                Ok(loaded) => {
+                    let posed = feasible::check(&loaded, self.machine, &CostModel::default());
+                    Some(posed.is_err_and(|error| is_among(&error)))
+                }
+                Err(error) => is_among(&error).then_some(true),
+            }
+        };
+        if comes(&|_| false) == Some(true) {
+            return Origin::Case;
+        }
+        let is_origin = |left_out: &usize| comes(&|n| n != *left_out) == Some(false);
+        let alone = std::iter::once(self.last).chain(0..point.len()).find(is_origin);
+        self.last = alone.unwrap_or(self.last);
+        alone.map_or(Origin::Keys, Origin::Key)
+    }
 }
 
 fn run(loaded: &LoadedCase, point: &[Laid], machine: &Machine, threads: usize) -> Result<Run, Box<CaseError>> {
@@ -138,7 +187,6 @@ fn run(loaded: &LoadedCase, point: &[Laid], machine: &Machine, threads: usize) -
         disk: report.disk_bytes,
         wall: [report.predicted_total_s, report.predicted_most_s],
     };
-    let varied = point.iter().filter(|laid| laid.varies);
     // Each run keeps its bed in its own folder, where it goes by itself; a kept tank would have none.
     let mut case = loaded.case.clone();
     let is_varied = point.iter().any(|laid| laid.varies && laid.key == "output.bed");
@@ -147,7 +195,7 @@ fn run(loaded: &LoadedCase, point: &[Laid], machine: &Machine, threads: usize) -
     }
     Ok(Run {
         name: String::new(),
-        settings: varied.map(|laid| (laid.key.clone(), laid.value.shown())).collect(),
+        settings: settings(point),
         hash: resolved::hash_text(&case),
         needs,
         text: resolved::write(&case, Paths::Absolute),
@@ -155,8 +203,8 @@ fn run(loaded: &LoadedCase, point: &[Laid], machine: &Machine, threads: usize) -
     })
 }
 
-/// Puts findings on a case of the sweep to the places of the plan that they come from.
-fn translate(plan: &Plan, point: &[Laid], error: &CaseError, report: &mut Diagnostics) {
+/// Puts findings on a case of the sweep, that of a point with its number, to the places of the plan that they come from.
+fn translate((number, point): (usize, &[Laid]), error: &CaseError, causes: &mut Causes, report: &mut Diagnostics) {
     for finding in error.diagnostics.sorted() {
         if finding.severity == case::Severity::Warning {
             continue;
@@ -180,11 +228,20 @@ fn translate(plan: &Plan, point: &[Laid], error: &CaseError, report: &mut Diagno
                 };
                 report.error(span, title)
             }
-            None => {
-                let place = finding.span.clone().map(|span| error.source.locate(span));
-                let place = place.map_or_else(String::new, |place| format!(" ({}:{})", place.origin, place.line));
-                report.error(plan.case_span.clone(), format!("{}{place}", finding.title))
-            }
+            None => match causes.of(&finding.title, point) {
+                Origin::Key(n) => {
+                    let value = &point[n].value;
+                    report.error(value.span.clone(), format!("{} ({})", finding.title, value.shown()))
+                }
+                origin => {
+                    let place = finding.span.clone().map(|span| error.source.locate(span));
+                    let place = place.map(|place| format!("{}:{}", place.origin, place.line));
+                    let run = matches!(origin, Origin::Keys).then(|| format!("run {}", name(number, &settings(point))));
+                    let more: Vec<String> = run.into_iter().chain(place).collect();
+                    let more = if more.is_empty() { String::new() } else { format!(" ({})", more.join(", ")) };
+                    report.error(causes.plan.case_span.clone(), format!("{}{more}", finding.title))
+                }
+            },
         };
         told.label(finding.label.clone());
         if let Some(help) = &finding.help {
@@ -309,6 +366,25 @@ mod tests {
             let error = posed(text).unwrap_err().to_string();
             assert!(error.contains(expected) && error.contains(place), "{text}:\n{error}");
         }
+        // Told of the liquid, and of the end of the run: by the key that it comes from, or by the run where that are several.
+        let fast = "[keys]\n\"liquid.0.fall.speed\" = [\"1 m/s\", \"2000 m/s\"]\n";
+        let stream =
+            "\"fluid.initial_velocity\" = [{ uniform = { velocity = [\"2000 m/s\", \"0 m/s\", \"0 m/s\"] } }]\n";
+        for (text, expected, place) in [
+            (fast, "faster than sound in water (2000 m/s)", "plan.toml:3:35"),
+            ("[keys]\n\"fluid.dt_max\" = [\"1e-15 s\", \"1 us\"]\n", "come to its end (1e-15 s)", "plan.toml:3:19"),
+            (&format!("{fast}{stream}"), "faster than sound in water (run 002-speed-2000-m-s, ", "plan.toml:1:8"),
+        ] {
+            let error = posed(text).unwrap_err().to_string();
+            assert!(error.contains(expected) && error.contains(place), "{text}:\n{error}");
+        }
+        // A key without which there is no case is not the origin of what another brings.
+        let needed = "[set]\n\"material.sand.density\" = \"2650 kg/m^3\"\n[keys]\n\"grains\" = [[{ shape = { sphere = { diameter = \
+                      \"0.5 mm\" } }, placement = { list = [{ position = [\"3 mm\", \"3 mm\", \"3 mm\"], velocity = [\"2000 m/s\", \
+                      \"0 m/s\", \"0 m/s\"] }] } }]]\n";
+        let error = posed(needed).unwrap_err().to_string();
+        assert!(error.contains("faster than sound in water"), "{error}");
+        assert!(!error.contains("(2650 kg/m^3)") && error.contains("plan.toml:5:"), "{error}");
         let plan = Plan::parse(Path::new("plan.toml"), "case = \"none.toml\"\n[keys]\n\"a\" = [1, 2]\n").unwrap();
         let error = runs(&plan, &Machine::this(), 1).unwrap_err().to_string();
         assert!(error.contains("cannot be read") && error.contains("plan.toml:1:8"), "{error}");

@@ -56,8 +56,21 @@ pub struct Outcome {
     pub failed: Vec<(String, String)>,
     /// Runs that are neither.
     pub left: usize,
-    /// Table of the sensitivity to the keys, where the plan asks for it and runs tell something.
-    pub sensitivity: Option<PathBuf>,
+    /// How sensitive the findings are to the keys.
+    pub sensitivity: Sensitivity,
+}
+
+/// What came of the sensitivity to the keys.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Sensitivity {
+    /// The plan does not ask for it.
+    NotAsked,
+    /// The runs that finished observe nothing.
+    NothingFound,
+    /// No key changes what they found, or no step of a trajectory has finished on both sides.
+    NoEffect,
+    /// The table of it.
+    Table(PathBuf),
 }
 
 impl Sweep {
@@ -114,12 +127,18 @@ impl Sweep {
     }
 
     /// Writes how sensitive the findings are to the keys, where the plan asks for it and runs tell something.
-    fn write_sensitivity(&self, states: &[Progressed]) -> std::io::Result<Option<PathBuf>> {
-        let Some(places) = self.plan().trajectories() else { return Ok(None) };
+    fn write_sensitivity(&self, states: &[Progressed]) -> std::io::Result<Sensitivity> {
+        let Some(places) = self.plan().trajectories() else { return Ok(Sensitivity::NotAsked) };
         let keys: Vec<&str> = self.plan().keys.iter().map(|key| key.path.as_str()).collect();
         let rows = sensitivity::rows(&keys, &places, states);
-        let is_written = sensitivity::write(&self.folder, &rows)?;
-        Ok(is_written.then(|| self.folder.join(SENSITIVITY)))
+        if sensitivity::write(&self.folder, &rows)? {
+            return Ok(Sensitivity::Table(self.folder.join(SENSITIVITY)));
+        }
+        let observes = |found: &Progressed| {
+            found.state == State::Finished
+                && found.summary["observables"].as_object().is_some_and(|all| !all.is_empty())
+        };
+        Ok(if states.iter().any(observes) { Sensitivity::NoEffect } else { Sensitivity::NothingFound })
     }
 
     /// The table as rows of cells, the heading first.

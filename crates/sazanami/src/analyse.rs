@@ -132,7 +132,7 @@ mod tests {
     use crate::progress::Silent;
     use crate::results::SUMMARY;
     use sazanami_numerics::Real;
-    use sazanami_observe::erosion::NOT_AT_REST;
+    use sazanami_observe::erosion::{NOT_AT_REST, REST_UNKNOWN};
 
     fn run(parent: &Path, name: &str, status: &str, time: Real, momentum: [Real; 3]) -> PathBuf {
         let folder = parent.join(name);
@@ -166,6 +166,7 @@ mod tests {
             run(parent, "broken", "failed", 0.02, [0.0, 0.0, -5e-4]),
             run(parent, "rests", "finished", 0.015, [0.0, 0.0, -5e-4]),
         ];
+        change(&folders[1], |summary| summary["observables"]["crater_rest"]["at_rest"] = false.into());
         change(&folders[4], |summary| summary["observables"]["crater_rest"]["at_rest"] = true.into());
         let (runs, lines) = comparable(&folders).unwrap();
         let names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).collect();
@@ -181,7 +182,7 @@ mod tests {
         assert_eq!(all.len(), runs.len() + 2);
         assert!(said.contains(&"same: left out, it has the bits of one".to_owned()), "{said:#?}");
         let doubts: Vec<&str> = runs.iter().map(|run| run.below_rim.doubts.as_str()).collect();
-        assert_eq!(doubts, [NOT_AT_REST, NOT_AT_REST, ""]);
+        assert_eq!(doubts, [REST_UNKNOWN, NOT_AT_REST, ""]);
         assert!(runs.iter().all(|run| (run.momentum - 5e-4).abs() < 1e-15), "{runs:?}");
         let left_out: Vec<&String> = lines.iter().filter(|line| line.contains("left out")).collect();
         assert_eq!(left_out.len(), 2, "{lines:#?}");

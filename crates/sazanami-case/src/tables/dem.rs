@@ -82,8 +82,9 @@ pub struct DemOptions {
     #[key(word, default, paper_literal = (Yagyu, TangentialForce::Published,
           "eqs. (5) and (6): the spring grows by whole sub-steps, friction along the sliding velocity"))]
     pub tangential_force: TangentialForce,
-    /// Largest torque against rolling and spinning, for spheres, over normal force and effective radius; 0: none, the shape resists. Up to it
-    /// a spring holds a ball in place, also on a slope whose tangent is smaller.
+    /// Largest torque against rolling and spinning of grains with one contact sphere, on walls and on any grain, over normal force and
+    /// effective radius; 0: none. Up to it a spring holds a ball in place, also on a slope whose tangent is smaller. Grains of several contact
+    /// spheres resist by their shape, and feel of it only what balls that touch them do.
     #[key(range = NonNegative, default = 0.0)]
     pub rolling_friction: Real,
     /// Roughness of the grains, down to which the film between spheres that do not touch resists their approach: a length, `none` for

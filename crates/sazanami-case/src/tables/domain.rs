@@ -21,7 +21,8 @@ struct DomainKeys {
     /// Upper corner, instead of `size`.
     #[key(unit = "m")]
     upper: Option<Vector>,
-    /// Cells in x1, x2, x3; any number, and they need not be cubes. Not needed for `solver = "mps"`.
+    /// Cells in x1, x2, x3; any number, and they need not be cubes. Rows of cells go along x1: a slice of one cell is computed several times as
+    /// fast across x2 as across x1. Not needed for `solver = "mps"`.
     cells: Option<[usize; 3]>,
 }
 

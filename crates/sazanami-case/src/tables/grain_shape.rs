@@ -92,6 +92,18 @@ impl GrainShape {
         }
     }
 
+    /// Middle one of the three extents \[m]; unknown for meshes until they are read.
+    #[must_use]
+    pub fn middle(&self) -> Option<Real> {
+        match self {
+            Self::Sphere { diameter, .. } | Self::Spheroid { diameter, .. } | Self::Cylinder { diameter, .. } => {
+                Some(*diameter)
+            }
+            Self::Box { size } => Some(size.element_sum() - size.min_element() - size.max_element()),
+            Self::Mesh { .. } => None,
+        }
+    }
+
     /// Largest extent \[m]; unknown for meshes until they are read.
     #[must_use]
     pub fn extent(&self) -> Option<Real> {

@@ -109,6 +109,15 @@ impl Population {
         matches!(self.shape, GrainShape::Sphere { .. }) && self.contact_spheres == ContactSphereChoice::Single
     }
 
+    /// Whether its grains may have one contact sphere each, so that `dem.rolling_friction` is theirs: a file of spheres may have one.
+    #[must_use]
+    pub fn may_be_round(&self) -> bool {
+        match self.contact_spheres {
+            ContactSphereChoice::Single | ContactSphereChoice::File { .. } => true,
+            ContactSphereChoice::Shell { count, .. } | ContactSphereChoice::Axis(count) => count == 1,
+        }
+    }
+
     /// Lets grains that are fed in up to the end of the run be fed in up to a later one \[s].
     pub fn move_end(&mut self, from: Real, to: Real) {
         let GrainPlacement::Fed(feed) = &mut self.placement else { return };
@@ -185,7 +194,13 @@ impl Population {
             cx.report
                 .error(table.span(), "a bed cannot move as prescribed")
                 .label("prescribed motion is for listed grains and lattices")
-                .help("use `motion = \"fixed\"` for a bed that stays");
+                .help("use `motion = \"fixed\"` for a bed from a file that stays");
+        }
+        if self.motion == Motion::Fixed && matches!(self.placement, GrainPlacement::Packed(_)) {
+            cx.report
+                .error(table.place("motion"), "grains that are held cannot be packed")
+                .label("they would hang where they begin to fall")
+                .help("leave it out, and let `placement.packed.glued` reach over the bed: what lies below is held once it is packed");
         }
         self.check_release(table, cx);
         if matches!(self.placement, GrainPlacement::List(_)) && table.has("size") {

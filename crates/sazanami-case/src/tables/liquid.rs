@@ -238,6 +238,12 @@ impl LiquidRegion {
                 .label("needs grains with `placement.packed` or `placement.bed`")
                 .help("give the `position` of the liquid instead");
         }
+        if to_bottom && !self.region.heights()[0].is_finite() {
+            cx.report
+                .error(place.clone(), "this region has no lowest point")
+                .label("the gap is that between the bed and the lowest point of the liquid")
+                .help("give the height of its origin instead, `above_bed`, or an end to the region");
+        }
         let bottom = if to_bottom { height } else { height + self.region.heights()[0] };
         if bottom < 0.0 && !self.allow_touching_grains {
             cx.report

@@ -41,7 +41,8 @@ pub(super) struct MotionKeys {
           paper_literal = (Tazaki, 0.0, "Tazaki et al. give the motion without a rise"))]
     ramp: Option<Real>,
     /// A table `t_s,x_m` instead of the formula, joined by a cubic spline: level at an end at which the record is at rest, without
-    /// acceleration at one at which it moves. Where it moves at the start water and grains begin as without `ramp`.
+    /// acceleration at one at which it moves. Where it moves at the start water and grains begin as without `ramp`. Steps and cycles go by
+    /// the strongest harmonic of the whole record.
     file: Option<PathBuf>,
     /// Direction of the motion in that file.
     #[key(word, default = Direction::X1, omit_if = self.file.is_none())]
@@ -174,6 +175,8 @@ pub enum Motion {
         curve: Spline,
         /// Amplitude \[m] and frequency \[Hz] of its strongest harmonic within the run, if it moves.
         harmonic: Option<(Vector, Real)>,
+        /// Frequency \[Hz] of the strongest harmonic of the whole record, however long the run, if it moves.
+        frequency: Option<Real>,
         /// Largest speed [m/s] and acceleration [m/s^2] within the run.
         peaks: [Peak; 2],
     },
@@ -219,8 +222,14 @@ impl Motion {
     #[must_use]
     pub fn recorded(file: PathBuf, axis: Direction, curve: Spline, until: Real) -> Self {
         let harmonic = strongest(&curve, until).map(|(amplitude, frequency)| (axis.vector() * amplitude, frequency));
+        let is_whole = until >= curve.range()[1];
+        let frequency = if is_whole {
+            harmonic.map(|(_, frequency)| frequency)
+        } else {
+            strongest(&curve, Real::INFINITY).map(|(_, frequency)| frequency)
+        };
         let peaks = [1, 2].map(|derivative| peak(&curve, until, derivative));
-        Self::File { file, axis, curve, harmonic, peaks }
+        Self::File { file, axis, curve, harmonic, frequency, peaks }
     }
 
     /// Amplitude \[m] and frequency \[Hz] of its strongest harmonic within the run; `None` without motion.
@@ -251,12 +260,12 @@ impl Motion {
         }
     }
 
-    /// Period of the motion \[s], if it has one: that of a record is that of its strongest harmonic.
+    /// Frequency of the motion \[Hz], if it has one: that of a record is that of its strongest harmonic, the same in a run that is lengthened.
     #[must_use]
-    pub fn period(&self) -> Option<Real> {
+    pub fn frequency(&self) -> Option<Real> {
         match self {
-            Self::Formula { frequency, .. } => Some(1.0 / frequency),
-            Self::File { .. } => self.harmonic().map(|(_, frequency)| frequency.recip()),
+            Self::Formula { amplitude, frequency, .. } => (*amplitude != Vector::ZERO).then_some(*frequency),
+            Self::File { frequency, .. } => *frequency,
         }
     }
 }
@@ -278,9 +287,17 @@ fn largest(values: impl Iterator<Item = Peak>) -> Peak {
     values.fold(Peak::default(), |most, peak| if peak.value > most.value { peak } else { most })
 }
 
-/// Amplitude \[m] and frequency \[Hz] of the strongest harmonic of a curve until `until` \[s]; `None` without motion.
+/// Fewest cycles of a harmonic in the time that is looked at: of less than that neither its length nor its size is known.
+const FEWEST_CYCLES: Real = 0.75;
+/// Least part of the squares of the speeds that a harmonic has.
+const LEAST_SHARE: Real = 0.01;
+
+/// Amplitude \[m] and frequency \[Hz] of the strongest harmonic of a curve until `until` \[s]; `None` without motion, and without a cycle in it.
+///
+/// The sinusoid beside a constant speed that is nearest to the speeds by weighted least squares (Lomb 1976, generalised by Zechmeister and
+/// Kurster 2009, doi:10.1051/0004-6361:200811296): exact for a sinusoid of any number of cycles, where a transform mixes it with its
+/// mirror image and with the mean. The weights, Hann's window, keep harmonics apart.
 fn strongest(curve: &Spline, until: Real) -> Option<(Real, Real)> {
-    // The velocity has no trend to speak of; Hann's window keeps harmonics apart.
     let [start, end] = curve.range();
     let (start, span) = (start.max(0.0), end.min(until) - start.max(0.0));
     if span <= 0.0 {
@@ -289,25 +306,49 @@ fn strongest(curve: &Spline, until: Real) -> Option<(Real, Real)> {
     // Twice as many samples as there are points in that time, so that none of its harmonics is taken for another.
     let samples = (2 * curve.abscissae_within([start, start + span]).len()).clamp(256, MOST_SAMPLES);
     let place = |n: usize| (n as Real + 0.5) / samples as Real;
-    let window = |n: usize| 1.0 - (TAU * place(n)).cos();
-    let speeds: Vec<Real> = (0..samples).map(|n| window(n) * curve.at(start + span * place(n))[1]).collect();
-    let amplitude = |cycles: Real| {
-        // The angle of the next sample by the addition theorems.
-        let (turn_sine, turn_cosine) = (TAU * cycles / samples as Real).sin_cos();
-        let (mut s, mut c) = (0.5 * TAU * cycles / samples as Real).sin_cos();
-        let (mut cosine, mut sine) = (0.0, 0.0);
-        for speed in &speeds {
-            cosine += speed * c;
-            sine += speed * s;
-            (s, c) = (s * turn_cosine + c * turn_sine, c * turn_cosine - s * turn_sine);
-        }
-        2.0 * cosine.hypot(sine) / samples as Real
-    };
-    let tried = (2..samples).map(|n| 0.5 * n as Real);
-    let (cycles, speed) = tried.map(|cycles| (cycles, amplitude(cycles))).max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let cycles = highest(amplitude, [cycles - 0.5, cycles + 0.5]);
+    // Weights with a sum of one.
+    let weights: Vec<Real> = (0..samples).map(|n| (1.0 - (TAU * place(n)).cos()) / samples as Real).collect();
+    let mut speeds: Vec<Real> = (0..samples).map(|n| curve.at(start + span * place(n))[1]).collect();
+    let mean: Real = weights.iter().zip(&speeds).map(|(weight, speed)| weight * speed).sum();
+    speeds.iter_mut().for_each(|speed| *speed -= mean);
+    let fit = |cycles: Real| nearest_sinusoid(&weights, &speeds, cycles);
+    let next = |cycles: &Real| Some(cycles + if *cycles < 8.0 { 0.25 } else { 0.5 });
+    let most = 0.5 * samples as Real - 1.0;
+    let tried: Vec<[Real; 2]> = std::iter::successors(Some(FEWEST_CYCLES), next)
+        .take_while(|cycles| *cycles < most)
+        .map(|cycles| [cycles, fit(cycles)[0]])
+        .collect();
+    // At the end of what is tried there is no cycle but a trend.
+    let peaks = tried.windows(3).filter(|three| three[1][1] >= three[0][1] && three[1][1] > three[2][1]);
+    let nearest = peaks.map(|three| three[1]).max_by(|a, b| a[1].total_cmp(&b[1]))?[0];
+    let cycles = highest(|cycles| fit(cycles)[0], [(nearest - 0.5).max(FEWEST_CYCLES), nearest + 0.5]);
+    let [share, speed] = fit(cycles);
     let frequency = cycles / span;
-    (speed > 0.0).then(|| (speed / (TAU * frequency), frequency))
+    let all: Real = weights.iter().zip(&speeds).map(|(weight, speed)| weight * speed * speed).sum();
+    // What is left of an even motion is round-off, and a push has a spectrum without a cycle in it.
+    let fastest = speeds.iter().fold(mean.abs(), |most, speed| most.max(speed.abs()));
+    (speed > 1e-9 * fastest && share > LEAST_SHARE * all).then(|| (speed / (TAU * frequency), frequency))
+}
+
+/// What part of the weighted squares of `speeds`, evenly spaced and without a mean, the nearest sinusoid of so many cycles beside a constant
+/// takes up [m^2/s^2], and its amplitude [m/s]. The weights have a sum of one.
+fn nearest_sinusoid(weights: &[Real], speeds: &[Real], cycles: Real) -> [Real; 2] {
+    // The angle of the next sample by the addition theorems.
+    let turn = TAU * cycles / weights.len() as Real;
+    let (turn_sine, turn_cosine) = turn.sin_cos();
+    let (mut s, mut c) = (0.5 * turn).sin_cos();
+    let ([mut mean_c, mut mean_s], [mut cc, mut cs, mut ss], [mut vc, mut vs]) = ([0.0; 2], [0.0; 3], [0.0; 2]);
+    for (weight, speed) in weights.iter().zip(speeds) {
+        let [wc, ws] = [weight * c, weight * s];
+        (mean_c, mean_s) = (mean_c + wc, mean_s + ws);
+        (cc, cs, ss) = (cc + wc * c, cs + wc * s, ss + ws * s);
+        (vc, vs) = (vc + wc * speed, vs + ws * speed);
+        (s, c) = (s * turn_cosine + c * turn_sine, c * turn_cosine - s * turn_sine);
+    }
+    let [cc, cs, ss] = [cc - mean_c * mean_c, cs - mean_c * mean_s, ss - mean_s * mean_s];
+    let determinant = cc * ss - cs * cs;
+    let [a, b] = [(ss * vc - cs * vs) / determinant, (cc * vs - cs * vc) / determinant];
+    [a * vc + b * vs, a.hypot(b)]
 }
 
 /// Place of the maximum of a function that has one between the ends, by golden section.
@@ -322,7 +363,7 @@ fn highest(value: impl Fn(Real) -> Real, [mut low, mut high]: [Real; 2]) -> Real
 
 #[cfg(test)]
 mod tests {
-    use std::f64::consts::FRAC_PI_2;
+    use std::f64::consts::{FRAC_PI_2, PI};
 
     use super::*;
 
@@ -409,5 +450,39 @@ mod tests {
         assert!((frequency - 2.0).abs() < 0.01, "{frequency}");
         let still = Spline::through(&[0.0, 1.0], &[0.3, 0.3]).unwrap();
         assert_eq!(motion(Direction::X1, still, 1.0).harmonic(), None);
+        let even = Spline::through(&[0.0, 0.5, 1.0], &[0.3, 0.35, 0.4]).unwrap();
+        assert_eq!(motion(Direction::X1, even, 1.0).harmonic(), None);
+        // Beside a strong trend, and a push without a cycle in it.
+        let t: Vec<Real> = (0..=1000).map(|n| 1e-3 * n as Real).collect();
+        let one = |at: &dyn Fn(Real) -> Real| {
+            let x: Vec<Real> = t.iter().map(|&t| at(t)).collect();
+            motion(Direction::X1, Spline::through(&t, &x).unwrap(), 1.0).harmonic()
+        };
+        let (amplitude, frequency) = one(&|t| 2.5 * t * t - (TAU * 10.0 * t).cos() / (TAU * 10.0)).unwrap();
+        assert!(
+            (frequency - 10.0).abs() < 0.1 && (amplitude.x * TAU * 10.0 - 1.0).abs() < 0.1,
+            "{frequency} {amplitude}"
+        );
+        assert_eq!(one(&|t| -(PI * t).cos()), None);
+    }
+
+    #[test]
+    fn few_cycles_of_a_record_have_their_frequency_and_amplitude() {
+        let record = |cycles: Real, phase: Real, until: Real| {
+            let t: Vec<Real> = (0..=400).map(|n| 0.2 * cycles * n as Real / 400.0).collect();
+            let x: Vec<Real> = t.iter().map(|t| 0.002 * (TAU * 5.0 * t + phase).sin()).collect();
+            Motion::recorded(PathBuf::new(), Direction::X2, Spline::through(&t, &x).unwrap(), until)
+        };
+        for (cycles, quarter) in [1.0, 1.5, 2.0, 3.0].into_iter().flat_map(|cycles| (0..4).map(move |q| (cycles, q))) {
+            let motion = record(cycles, FRAC_PI_2 * f64::from(quarter), 10.0);
+            let (amplitude, frequency) = motion.harmonic().unwrap();
+            assert!((frequency / 5.0 - 1.0).abs() < 0.01, "{cycles} cycles, {quarter} quarters: {frequency}");
+            assert!((amplitude.y / 0.002 - 1.0).abs() < 0.01, "{cycles} cycles, {quarter} quarters: {amplitude}");
+        }
+        // A half of a cycle tells neither, and the frequency is that of the whole record however long the run.
+        assert_eq!(record(0.5, 0.3, 10.0).harmonic(), None);
+        let short = record(4.0, 0.3, 0.1);
+        assert_eq!((short.harmonic(), short.frequency()), (None, record(4.0, 0.3, 0.8).frequency()));
+        assert!((short.frequency().unwrap() / 5.0 - 1.0).abs() < 0.01);
     }
 }

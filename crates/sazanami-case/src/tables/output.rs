@@ -158,8 +158,19 @@ impl Value for GrainArrays {
     fn read(at: &At<'_>, key: &KeyDoc, range: Range1, cx: &mut Context<'_>) -> Option<Self> {
         let list = elements(at, key, &format!("words such as {}", Self::example(key)), cx)?;
         let words = list.iter().map(|element| Some(Word::<GrainArray>::read(element, key, range, cx)?.0));
-        let words: Option<Vec<GrainArray>> = words.collect();
-        words.map(Self)
+        let words: Vec<GrainArray> = words.collect::<Option<_>>()?;
+        let mut once: Vec<GrainArray> = Vec::new();
+        for (word, element) in words.into_iter().zip(&list) {
+            if once.contains(&word) {
+                cx.report
+                    .error(element.span.clone(), format!("`{}` has `{word}` twice", key.name))
+                    .label("an array is written once")
+                    .help("leave it out here");
+            } else {
+                once.push(word);
+            }
+        }
+        Some(Self(once))
     }
 
     fn write(&self, _: &str, _: Paths) -> Written {

@@ -35,10 +35,12 @@ pub struct Packing {
     /// Lattice the grains fall from.
     #[key(word, default)]
     pub lattice: Lattice,
-    /// Distance of neighbours over the largest extent of a grain.
+    /// Distance of neighbours over the largest extent of a grain. Below 1 they may begin within each other, which the run bears up to 0.8 of
+    /// a contact sphere's radius. Grains of sizes more than a factor of two apart have no lattice.
     #[key(range = Between(0.1, 100.0), default = PACKING.spacing)]
     pub spacing: Real,
-    /// Random displacement over the distance of neighbours.
+    /// Random displacement over the distance of neighbours, up to half of the room between them: along x3 to `(1 - 1/spacing)/2`, none where
+    /// `spacing` is 1 or less; along x1 and x2, where the distance is stretched so that the box is filled, to no less.
     #[key(range = Between(0.0, 0.5), default = PACKING.jitter)]
     pub jitter: Real,
     /// Height above the floor at which the packed bed is levelled: grains that reach above are taken away, and the others come to
@@ -78,6 +80,8 @@ pub struct Packing {
     pub time_limit: Real,
 }
 
+/// A displacement that is cut to less than this part of what is asked for is warned of.
+const LITTLE: Real = 0.75;
 /// Falls from the height of the box that a packing may take.
 const FALLS: Real = 10.0;
 
@@ -120,7 +124,24 @@ impl Packing {
         self.ripples.iter().map(|ripples| 0.5 * ripples.height).sum()
     }
 
+    /// Says where `spacing` leaves little of a displacement that the case gives.
+    fn check_jitter(&self, table: &Table<'_>, cx: &mut Context<'_>) {
+        let room = (0.5 - 0.5 / self.spacing).max(0.0);
+        let is_usual = !table.has("jitter") || self.jitter == PACKING.jitter;
+        if is_usual || room > LITTLE * self.jitter {
+            return;
+        }
+        cx.report
+            .warning(Some(table.place("jitter")), "grains are displaced by less than `jitter` says")
+            .label(format!(
+                "along x3 by {} of the distance of neighbours, half of the room between layers",
+                rounded(room)
+            ))
+            .help(format!("write `jitter = {}`, or a wider `spacing`", rounded(room)));
+    }
+
     fn check(&mut self, table: &Table<'_>, cx: &mut Context<'_>) {
+        self.check_jitter(table, cx);
         if self.ripples.is_empty() {
             return;
         }
@@ -244,6 +265,12 @@ fn refuse_held(table: &Table<'_>, key: &str, cx: &mut Context<'_>) {
         .help("write `motion = \"prescribed\"` for grains that keep their velocity");
 }
 
+/// What components are divided by so that their squares are no numbers too large or too small: their largest, where that is needed.
+fn scale_of(components: &[Real]) -> Real {
+    let largest = components.iter().fold(0.0, |largest: Real, component| largest.max(component.abs()));
+    if largest == 0.0 || (1e-100..1e100).contains(&largest) { 1.0 } else { largest }
+}
+
 /// Orientation of a grain put by hand; none of the keys: as its shape is given.
 #[derive(Clone, Debug, Keys)]
 struct OrientationKeys {
@@ -268,18 +295,19 @@ impl OrientationKeys {
         Some(match (self.axis, self.angle, self.quaternion) {
             (None, None, None) => Quaternion::IDENTITY,
             (Some(axis), Some(angle), None) => {
-                if axis.length() == 0.0 {
+                if axis == Vector::ZERO {
                     refuse("an axis needs a direction", "for example `axis = [0, 0, 1]`");
                 }
+                let axis = axis / scale_of(&axis.to_array());
                 Quaternion::from_axis_angle(axis.normalize_or(Vector::Z), angle)
             }
             (None, None, Some([w, x, y, z])) => {
-                let q = Quaternion::from_xyzw(x, y, z, w);
-                let length: Real = q.length();
-                if length == 0.0 {
+                if [w, x, y, z].iter().all(|part| *part == 0.0) {
                     refuse("a quaternion must not be zero", "`[1, 0, 0, 0]` is no rotation");
                 }
+                let q = Quaternion::from_xyzw(x, y, z, w) / scale_of(&[w, x, y, z]);
                 // A unit quaternion, as in a resolved case, is kept to the last bit.
+                let length: Real = q.length();
                 if (length - 1.0).abs() < 1e-15 { q } else { q.normalize() }
             }
             (_, _, Some(_)) => {

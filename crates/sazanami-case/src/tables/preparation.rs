@@ -12,6 +12,13 @@ pub const RELAX_STEPS: usize = 1000;
 /// Time for which the grains of a bed settle in water at rest \[s].
 const SETTLE: Real = 0.2;
 
+/// Part of the velocity that a step to rest leaves.
+pub(crate) const DAMPING: Real = 0.9;
+/// Volume strain of water at rest.
+pub(crate) const STRAIN_AT_REST: Real = 0.01;
+/// Speed of water at rest [m/s].
+pub(crate) const SPEED_AT_REST: Real = 1e-3;
+
 /// Preparation before the run, for `solver = "mps"`.
 #[derive(Clone, Debug, PartialEq, Keys)]
 #[keys(check = Self::check)]
@@ -21,13 +28,13 @@ pub struct Preparation {
           says = format!("{RELAX_STEPS} with a bed, otherwise 0"))]
     pub relax_steps: usize,
     /// Part of the water's velocity that a step leaves meanwhile.
-    #[key(range = Between(0.0, 1.0), default = 0.9)]
+    #[key(range = Between(0.0, 1.0), default = DAMPING)]
     pub damping: Real,
     /// Root mean square of the volume strain of water at rest.
-    #[key(range = Positive, default = 0.01)]
+    #[key(range = Positive, default = STRAIN_AT_REST)]
     pub strain: Real,
     /// Largest speed of water at rest.
-    #[key(unit = "m/s", range = Positive, default = 1e-3)]
+    #[key(unit = "m/s", range = Positive, default = SPEED_AT_REST)]
     pub speed: Real,
     /// Whether the run ends where the water, with the grains held, is still far from rest after `relax_steps`: beyond five times
     /// `strain` or `speed`.

@@ -20,11 +20,23 @@ impl Value for usize {
 
     fn read(at: &At<'_>, key: &KeyDoc, _: Range1, cx: &mut Context<'_>) -> Option<Self> {
         let (name, [least, most]) = (key.name, key.count);
-        let Some(number) = at.integer() else {
-            cx.report
-                .error(at.span.clone(), format!("`{name}` is not a whole number"))
-                .label(format!("{}; expected a whole number", at.kind()));
-            return None;
+        let number = match (at.integer(), at.value) {
+            (Some(number), _) => number,
+            // Below all that are allowed.
+            (None, Some(DeValue::Integer(number))) if number.as_str().starts_with('-') => i64::MIN,
+            (None, Some(DeValue::Integer(_))) => {
+                cx.report
+                    .error(at.span.clone(), format!("`{name}` is larger than {}", i64::MAX))
+                    .label("whole numbers of a case end there")
+                    .help("write a smaller whole number");
+                return None;
+            }
+            (None, _) => {
+                cx.report
+                    .error(at.span.clone(), format!("`{name}` is not a whole number"))
+                    .label(format!("{}; expected a whole number", at.kind()));
+                return None;
+            }
         };
         let number = Self::try_from(number).ok().filter(|&number| number >= least);
         match number {

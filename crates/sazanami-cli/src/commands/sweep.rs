@@ -11,7 +11,7 @@ use sazanami::machine::Machine;
 use sazanami::progress::Progress as _;
 use sazanami::results::as_word;
 use sazanami_picture::Painter;
-use sazanami_sweep::{Outcome, Plan, SideBySide, TABLE};
+use sazanami_sweep::{Outcome, Plan, Sensitivity, SideBySide, TABLE};
 
 use crate::terminal::{self, Screen};
 
@@ -164,8 +164,13 @@ fn exit_code(sweep: &sazanami_sweep::Sweep, outcome: &Outcome, is_collected: boo
     let all = sweep.runs().len();
     outln!("{} of {all} runs finished, {} failed, {} left", outcome.finished.len(), outcome.failed.len(), outcome.left);
     outln!("table in {}", sweep.folder().join(TABLE).display());
-    if let Some(path) = &outcome.sensitivity {
-        outln!("elementary effects of the keys in {}", path.display());
+    match &outcome.sensitivity {
+        Sensitivity::Table(path) => outln!("elementary effects of the keys in {}", path.display()),
+        Sensitivity::NothingFound if !outcome.finished.is_empty() => {
+            outln!("no run has findings: no sensitivities; observe something (`[erosion]`, `[heap]`, `[bed]`)");
+        }
+        Sensitivity::NoEffect => outln!("no sensitivities: no finding changes with a key between runs that finished"),
+        Sensitivity::NotAsked | Sensitivity::NothingFound => {}
     }
     if outcome.left > 0 && !is_collected {
         outln!("the same command goes on with them");

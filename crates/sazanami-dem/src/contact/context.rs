@@ -60,6 +60,12 @@ pub(crate) struct ContactContext<'a> {
 }
 
 impl ContactContext<'_> {
+    /// See [`Body::is_round`].
+    #[inline]
+    pub fn is_round(&self, pose: &Pose) -> bool {
+        self.bodies[pose.body as usize].is_round()
+    }
+
     /// Radius of the ball of the volume of grain `g` \[m].
     #[inline]
     pub fn volume_radius(&self, g: u32) -> Real {

@@ -74,7 +74,7 @@ pub(crate) fn evaluate<const W: usize, const PLAIN: bool, const BALLS: bool>(
     } else {
         Lanes3::splat(Vector::ZERO)
     };
-    let constants = if laws.len() == 1 {
+    let mut constants = if laws.len() == 1 {
         ConstantLanes::from_fn(|l| (&laws[0], pair[l].factor, pair[l].give))
     } else {
         ConstantLanes::from_fn(|l| (&laws[pair[l].law as usize], pair[l].factor, pair[l].give))
@@ -109,6 +109,9 @@ pub(crate) fn evaluate<const W: usize, const PLAIN: bool, const BALLS: bool>(
     let (mut torque_low, mut torque_high) = (arm_i.cross(h), -arm_j.cross(h));
     let mut turn = Lanes3::splat(Vector::ZERO);
     if !PLAIN {
+        if !BALLS {
+            constants.roll_where(|l| context.is_round(i[l]) || context.is_round(j[l]));
+        }
         let rolling;
         (rolling, turn) = roll(&constants, radii, h_n, [spin_i, spin_j], Lanes3::from_fn(|l| contact[l].turn), dt);
         torque_low += rolling;

@@ -22,7 +22,9 @@
 //!
 //! The turn `a` goes round with the mean spin `w_m` of both; `m*` is the reduced mass and `R` the smaller radius, `I` so that of a ball
 //! about its contact. A ball on a spring of 0.4 `K_n R^2` turns as fast as it bounces on `K_n`: rolling asks for no shorter sub-steps. A
-//! torque of constant size by itself changes sign in every sub-step where it should hold a ball, which then creeps.
+//! torque of constant size by itself changes sign in every sub-step where it should hold a ball, which then creeps. Between bodies of several
+//! contact spheres each, and between one and a wall, there is no such torque: their shape resists. A ball feels it on them too, and they what it
+//! feels.
 
 use sazanami_numerics::{Real, Vector};
 
@@ -92,6 +94,14 @@ impl<const W: usize> ConstantLanes<W> {
             from_touch: Mask(std::array::from_fn(|l| of(l).0.from_touch)),
             give: Lanes::from_fn(|l| Real::from(of(l).2)),
             film: of(0).0.film,
+        }
+    }
+
+    /// Leaves rolling friction to contacts of which a body at least is `round`: others resist rolling by their shape.
+    #[inline(always)]
+    pub fn roll_where(&mut self, round: impl Fn(usize) -> bool) {
+        if self.rolling.above(Lanes::splat(0.0)).any() {
+            self.rolling = Lanes::from_fn(|l| if round(l) { self.rolling.0[l] } else { 0.0 });
         }
     }
 }

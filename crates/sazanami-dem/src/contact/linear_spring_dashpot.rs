@@ -59,7 +59,7 @@ pub struct LinearSpringDashpot {
     pub tension: bool,
     /// How the tangential force comes about.
     pub tangential_force: TangentialForce,
-    /// Coefficient of the largest torque against rolling, in units of normal force and effective radius; 0: none.
+    /// Coefficient of the largest torque against rolling of bodies with one contact sphere, in units of normal force and effective radius; 0: none.
     pub rolling_friction: Real,
 }
 

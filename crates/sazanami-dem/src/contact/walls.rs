@@ -201,7 +201,9 @@ fn touch(step: &SubStep<'_>, pair: &WallPair, contact: &mut WallContact) -> Opti
     let n = -away;
     let arm = to_a + n * (radius - 0.5 * overlap);
     let v_r = wall.velocity - pose.velocity - pose.spin.cross(arm);
-    let constants: ConstantLanes<1> = ConstantLanes::from_fn(|_| (&laws[pair.law as usize], pair.factor, pair.give));
+    let mut constants: ConstantLanes<1> =
+        ConstantLanes::from_fn(|_| (&laws[pair.law as usize], pair.factor, pair.give));
+    constants.roll_where(|_| body.is_round());
     let (own, far) = (Lanes::splat(radius), Lanes::splat(FLAT * radius));
     let (h, d_t, h_n) = force::<1, false>(
         &constants,

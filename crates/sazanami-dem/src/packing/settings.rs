@@ -42,7 +42,7 @@ pub struct PackingSettings {
     pub lattice: Lattice,
     /// Spacing of the lattice over the largest extent of the grains that share it.
     pub spacing: Real,
-    /// Random displacement over spacing.
+    /// Random displacement over spacing, up to half of what the spacing leaves between neighbours.
     pub jitter: Real,
     /// Seed of positions and orientations.
     pub seed: u64,
@@ -128,8 +128,9 @@ impl PackingSettings {
             let (i, j, k) = (slot % along[0], slot / along[0] % along[1], slot / row.in_layer());
             let cell = Vector::new(i as Real + 0.5, j as Real + 0.5, k as Real + 0.5);
             let shake = Vector::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(-1.0, 1.0));
-            // Never so far that neighbours could touch.
-            let shake = shake * (self.jitter * pitch).min(0.5 * (pitch - Vector::new(extent, extent, height)));
+            // Never so far that neighbours could touch; not at all where they do already.
+            let free = (pitch - Vector::new(extent, extent, height)).max(Vector::ZERO);
+            let shake = shake * (self.jitter * pitch).min(0.5 * free);
             grain.position = self.lower + cell * pitch + shake;
             grain.orientation = self.orientation(&bodies[grain.shape as usize], &mut random);
         }

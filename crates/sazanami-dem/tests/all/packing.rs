@@ -170,6 +170,30 @@ fn the_memory_of_contacts_goes_to_the_walls_in_the_same_place() {
 }
 
 #[test]
+fn grains_closer_than_their_extent_are_not_shaken() {
+    // Ten along 9.2 mm and layers of 0.9 mm: places of balls of 1 mm.
+    let places = |spacing: Real, jitter: Real| -> Vec<Vector> {
+        let upper = Vector::new(9.2e-3, 9.2e-3, 1.0);
+        let settings = PackingSettings { spacing, jitter, ..PackingSettings::new(Vector::ZERO, upper) };
+        let mut grains: Vec<Grain> = (0..250).map(|id| Grain::new(id, 2650.0, Vector::ZERO)).collect();
+        settings.arrange(&[Body::ball(0.5e-3)], &mut grains).expect("the box is wide enough");
+        grains.iter().map(|grain| grain.position).collect()
+    };
+    let still = places(0.9, 0.0);
+    for (slot, place) in still.iter().enumerate() {
+        let at = Vector::new((slot % 10) as Real, (slot / 10 % 10) as Real, (slot / 100) as Real) + 0.5;
+        assert!((*place - at * Vector::new(0.92e-3, 0.92e-3, 0.9e-3)).length() < 1e-15, "{slot}: {place}");
+    }
+    assert_eq!(places(0.9, 0.5), still);
+    // Negative control: with room between them they are, up to half of it.
+    let moved = |jitter: Real| {
+        let largest = |(a, b): (&Vector, &Vector)| (*a - *b).abs().max_element();
+        places(1.1, jitter).iter().zip(&places(1.1, 0.0)).map(largest).fold(0.0, Real::max)
+    };
+    assert!((0.02e-3..0.0231e-3).contains(&moved(0.02)) && (0.05e-3..0.0751e-3).contains(&moved(0.5)));
+}
+
+#[test]
 fn fine_grains_do_not_fall_from_a_lattice_of_the_largest() {
     let upper = Vector::new(20e-3, 20e-3, 60e-3);
     let settings = PackingSettings::new(Vector::ZERO, upper);

@@ -47,6 +47,61 @@ fn rolling_friction_stops_a_ball() {
     assert!((found / expected - 1.0).abs() < 1e-2, "{found} {expected}");
 }
 
+/// A cylinder of this radius and four times its length along x2, on the axis of which are nine spheres.
+fn roller() -> Body {
+    let length = 4.0 * RADIUS;
+    let volume = std::f64::consts::PI * RADIUS.powi(2) * length;
+    let (along, across) = (0.5 * RADIUS.powi(2), (3.0 * RADIUS.powi(2) + length * length) / 12.0);
+    let centre = |n: i32| Real::from(n) / 8.0 * (length - 2.0 * RADIUS) * Vector::Y;
+    let centres = (-4..=4).map(centre).collect();
+    Body::new(volume, volume * Vector::new(across, along, across), centres, vec![RADIUS; 9], 0.0)
+}
+
+#[test]
+fn rolling_friction_is_for_balls_others_resist_by_their_shape() {
+    let gravity = Vector::new(0.0, 0.0, -G);
+    let speed_after = |body: Body, feet: Real| {
+        let law = LinearSpringDashpot { rolling_friction: 0.05, ..law(0.5) };
+        let mut engine = on_floor(body, law, gravity, feet, 0.1 * Vector::X);
+        engine.set_velocity(0, 0.1 * Vector::X, 0.1 / RADIUS * Vector::Y);
+        engine.advance(&domain(), &Loads::none(), gravity, 0.1, Substeps::Fixed(5000)).expect("the case is sound");
+        engine.grains().velocity[0].x
+    };
+    let cylinder = speed_after(roller(), 9.0);
+    assert!((cylinder / 0.1 - 1.0).abs() < 1e-3, "{cylinder}");
+    // Control: a ball under the same law.
+    let (ball, expected) = (speed_after(Body::ball(RADIUS), 1.0), 0.1 - 5.0 / 7.0 * 0.05 * G * 0.1);
+    assert!((ball / expected - 1.0).abs() < 2e-2, "{ball} {expected}");
+}
+
+#[test]
+fn a_ball_resists_rolling_on_a_body_that_does_not() {
+    // Two spheres in a column, the lower one about the centre of mass.
+    let column =
+        || Body::new(8.4e-6, Vector::splat(1e-9), vec![Vector::ZERO, RADIUS * Vector::Z], vec![RADIUS; 2], 0.0);
+    let gravity = Vector::new(0.0, 0.0, -G);
+    // Spin about the normal of what stands on a held column, after a twentieth of a second.
+    let spin_after = |shape: u32| {
+        let bodies = vec![Body::ball(RADIUS), column()];
+        let sunk = 2500.0 * bodies[shape as usize].volume * G / STIFFNESS;
+        let law = LinearSpringDashpot { rolling_friction: 0.02, ..law(0.5) };
+        let held = Grain { shape: 1, motion: Motion::Fixed, ..Grain::new(1, 2500.0, -RADIUS * Vector::Z) };
+        let place = (2.0 * RADIUS - sunk) * Vector::Z;
+        let stands = Grain { shape, angular_velocity: 3.0 * Vector::Z, ..Grain::new(2, 2500.0, place) };
+        let mut engine =
+            Engine::new(&domain(), setup(bodies, law, vec![]), &[held, stands]).expect("the case is sound");
+        engine.advance(&domain(), &Loads::none(), gravity, 0.05, Substeps::Fixed(2500)).expect("the case is sound");
+        engine.grains().angular_velocity(1).z
+    };
+    // Torque mu_r (R/2) m g on 2/5 m R^2.
+    let expected = 3.0 - 0.02 * G / (0.8 * RADIUS) * 0.05;
+    let ball = spin_after(0);
+    assert!((ball / expected - 1.0).abs() < 0.03, "{ball} {expected}");
+    // Control: another column.
+    let other = spin_after(1);
+    assert!((other / 3.0 - 1.0).abs() < 1e-6, "{other}");
+}
+
 /// Four spheres at the corners of a square, too heavy to turn.
 fn block() -> Body {
     let at = |x: Real, y: Real| RADIUS * Vector::new(2.0 * x, 2.0 * y, 0.0);

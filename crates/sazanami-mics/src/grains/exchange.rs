@@ -1,6 +1,6 @@
 //! Momentum exchange as published: the velocity of cells that grains cover becomes mass-averaged (back-projection).
 //!
-//! With alpha the solid fraction, `u_s` the rigid velocity at the covered centroid and
+//! With alpha the solid fraction, `u_s` the rigid velocity (of a prescribed grain at the centre of the cell, else at the covered centroid) and
 //! `w = alpha rho_s / ((1 - alpha) rho_f + alpha rho_s)`,
 //!
 //! ```text

@@ -5,6 +5,7 @@
 //! grains overlap in a contact, alpha may exceed one: users of the fields scale it down there.
 
 mod lists;
+mod rigid;
 mod sections;
 
 use std::ops::Range;
@@ -17,6 +18,7 @@ use sazanami_numerics::{Quaternion, Real, Vector};
 use sazanami_parallel::{Rows, for_each_chunk};
 
 use lists::{Lists, Part, Planes, Sections, cut};
+use rigid::Rigid;
 
 /// Grains in one group of cell lists: the unit of parallel work.
 const GROUP: usize = 32;
@@ -263,13 +265,6 @@ pub(super) fn two(values: &[Real; 6]) -> [Vector; 2] {
     [0, 3].map(|first| Vector::from_slice(&values[first..first + 3]))
 }
 
-/// The rigid velocity of grain `n` in the covered part of a cell, times its share of it [m/s].
-#[inline]
-fn at_arm(motion: &[[Real; 6]], n: usize, share: &Share) -> Vector {
-    let [velocity, spin] = two(&motion[n]);
-    share.fraction * (velocity + spin.cross(share.arm()))
-}
-
 /// See [`Imprint::acting_density`].
 fn acting_density(grains: &Grains, n: usize, volume: Real, (rigid, least): (Real, Real)) -> Real {
     match grains.motion[n] {
@@ -302,7 +297,7 @@ pub struct Imprint {
     pub solid_fraction: Field<Real>,
     /// Solid mass per cell volume, sum of alpha_k rho_k [kg/m^3].
     pub solid_density: Field<Real>,
-    /// Sum of alpha_k times the rigid velocity of grain k at the covered centroid [m/s].
+    /// Sum of alpha_k times the rigid velocity of grain k in the cell [m/s]: at the covered centroid, of a prescribed grain at the centre of the cell.
     pub solid_velocity: [Field<Real>; 3],
     /// Surface of the grains in each cell over its volume [1/m], if areas are asked for.
     pub(super) area: Field<Real>,
@@ -503,18 +498,24 @@ impl Imprint {
 
     /// Sums the rigid velocities into `solid_velocity`: velocity and angular velocity of every grain and ghost are in
     /// `motion`.
-    pub fn sum_velocities(&mut self, domain: &Domain, motion: &[[Real; 6]]) {
+    pub fn sum_velocities(&mut self, domain: &Domain, grains: &Grains, motion: &[[Real; 6]]) {
         let Self { groups, planes, solid_velocity, covered, .. } = self;
-        let lists = Lists { groups, planes };
-        lists.sum(domain, covered, solid_velocity.each_mut(), |n, share| at_arm(motion, n, share).to_array());
+        let (lists, rigid) = (Lists { groups, planes }, Rigid { domain, grains, groups, motion });
+        lists.sum(domain, covered, solid_velocity.each_mut(), |n, share| rigid.share(n, share).to_array());
     }
 
     /// The same, and the wetted areas over the cell volume times the velocity of the surface [1/s] into `surface`.
-    pub(super) fn sum_surfaces(&mut self, domain: &Domain, motion: &[[Real; 6]], surface: [&mut Field<Real>; 3]) {
+    pub(super) fn sum_surfaces(
+        &mut self,
+        domain: &Domain,
+        grains: &Grains,
+        motion: &[[Real; 6]],
+        surface: [&mut Field<Real>; 3],
+    ) {
         let Self { groups, planes, solid_velocity: [v1, v2, v3], covered, .. } = self;
-        let [s1, s2, s3] = surface;
+        let ([s1, s2, s3], rigid) = (surface, Rigid { domain, grains, groups, motion });
         Lists { groups, planes }.sum(domain, covered, [v1, v2, v3, s1, s2, s3], |n, share| {
-            let (v, [velocity, spin]) = (at_arm(motion, n, share), two(&motion[n]));
+            let (v, [velocity, spin]) = (rigid.share(n, share), two(&motion[n]));
             let s = Real::from(share.wetted) * (velocity + spin.cross(share.foot()));
             [v.x, v.y, v.z, s.x, s.y, s.z]
         });
@@ -536,7 +537,7 @@ impl Imprint {
     pub(super) fn sum_bound(
         &mut self,
         domain: &Domain,
-        motion: &[[Real; 6]],
+        (grains, motion): (&Grains, &[[Real; 6]]),
         density: impl Fn(usize) -> Real + Sync,
         into: [&mut Field<Real>; 3],
         value: impl Fn(usize, &Share, [&[Real]; 2]) -> Vector + Sync,
@@ -544,8 +545,9 @@ impl Imprint {
         let Self { groups, planes, solid_velocity: [v1, v2, v3], solid_density, covered, area, solid_fraction, .. } =
             self;
         let (cover, [i1, i2, i3]) = ([area.data(), solid_fraction.data()], into);
+        let rigid = Rigid { domain, grains, groups, motion };
         Lists { groups, planes }.sum(domain, covered, [v1, v2, v3, solid_density, i1, i2, i3], |n, share| {
-            let (v, i) = (at_arm(motion, n, share), value(n, share, cover));
+            let (v, i) = (rigid.share(n, share), value(n, share, cover));
             [v.x, v.y, v.z, share.fraction * density(n), i.x, i.y, i.z]
         });
     }

@@ -403,7 +403,7 @@ impl ResolvedGrains {
         let (friction, Joint { velocity: motion, density, change, .. }) = (friction.data(), &*joint);
         let follow =
             |n: usize, share: &Share, [area, alpha]: [&[Real]; 2]| by_hold([friction, area, alpha], share, &change[n]);
-        imprint.sum_bound(domain, motion, |n| density[n][0], velocity.each_mut(), follow);
+        imprint.sum_bound(domain, (grains, motion), |n| density[n][0], velocity.each_mut(), follow);
     }
 
     fn yield_to_left(&mut self, domain: &Domain) {

@@ -310,7 +310,7 @@ impl ResolvedGrains {
     /// Sums the velocities of the grains on the grid, changed by `change(n)` of velocity and angular velocity.
     fn sum_velocities(&mut self, domain: &Domain, change: impl Fn(&Self, usize) -> [Vector; 2] + Sync) {
         self.find_motion(domain, change);
-        self.imprint.sum_velocities(domain, &self.motion);
+        self.imprint.sum_velocities(domain, self.engine.grains(), &self.motion);
     }
 
     /// Clears the stress impulse of the last step.

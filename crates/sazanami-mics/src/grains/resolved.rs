@@ -45,7 +45,7 @@ impl ResolvedGrains {
             return self.clear_stress(domain);
         }
         self.find_motion(domain, |_, _| [Vector::ZERO; 2]);
-        self.surface.place(domain, &mut self.imprint, &self.motion, flow);
+        self.surface.place(domain, &mut self.imprint, (self.engine.grains(), &self.motion), flow);
         self.joint.on = self.joins(domain, flow);
         self.begin_joint();
         self.surface.hold(domain, &mut flow.velocity);

@@ -27,6 +27,7 @@
 //! A flat end of a grain that lies in a plane of cells holds the fluid in the cells beside it as a wall of the box does, whatever the Reynolds number: half
 //! a cell lies between it and their centres (docs/decisions/0035).
 
+use sazanami_dem::Grains;
 use sazanami_numerics::domain::Domain;
 use sazanami_numerics::grid::Field;
 use sazanami_numerics::{Real, Vector};
@@ -116,8 +117,14 @@ impl Surface {
     }
 
     /// Places the surfaces for a step, and sums the velocities of the grains in the cells; velocity and angular velocity of every grain and ghost are in `motion`.
-    pub fn place(&mut self, domain: &Domain, imprint: &mut Imprint, motion: &[[Real; 6]], flow: &Flow) {
-        imprint.sum_surfaces(domain, motion, self.velocity.each_mut());
+    pub fn place(
+        &mut self,
+        domain: &Domain,
+        imprint: &mut Imprint,
+        (grains, motion): (&Grains, &[[Real; 6]]),
+        flow: &Flow,
+    ) {
+        imprint.sum_surfaces(domain, grains, motion, self.velocity.each_mut());
         imprint.fill_halos(domain);
         self.covered.covered(domain, &imprint.solid_fraction, |j, k| imprint.row_is_covered(j, k));
         std::mem::swap(&mut self.beside, &mut self.were_beside);

@@ -51,6 +51,10 @@ pub const RIM_CUT: &str = "sides of the box cut the rim: it is measured where it
 
 /// Doubt about a crater that still changes.
 pub const NOT_AT_REST: &str = "the crater has not come to rest";
+
+/// Doubt about a crater of whose rest a run says nothing.
+pub const REST_UNKNOWN: &str = "whether the crater has come to rest is not known";
+
 /// What speaks against the volume of a hollow that is the roughness of the bed ([`is_crater`]).
 pub const NO_CRATER: &str = "no crater: no hollow deeper than a grain and clear of the roughness of the bed";
 
@@ -284,9 +288,7 @@ impl Erosion {
         }
         if self.has_crater() {
             found.extend(self.roundness.doubts());
-        }
-        if known.at_rest == Some(false) {
-            found.push(NOT_AT_REST.to_owned());
+            found.extend((known.at_rest == Some(false)).then(|| NOT_AT_REST.to_owned()));
         }
         if uncertainty > LARGEST_BAR * volume {
             found.push(format!("uncertain by more than {:.0} %", 1e2 * LARGEST_BAR));
@@ -440,6 +442,10 @@ mod tests {
         assert!(after.has_crater());
         let shallow = Erosion { grain_size: after.crater.greatest_depth, ..after.clone() };
         assert!(!shallow.has_crater() && shallow.doubts_below_rim(Known::default()).contains(&NO_CRATER.to_owned()));
+        // What is no crater does not come to rest.
+        let moves = Known { at_rest: Some(false), drops: 1 };
+        let is_told = |of: &Erosion| of.doubts_below_rim(moves).contains(&NOT_AT_REST.to_owned());
+        assert!(!is_told(&shallow) && is_told(&after));
         // Against itself nothing was moved.
         let same = rough(3, |_| LEVEL).view(|view| Erosion::of(view, &settings(), Some(&initial))).unwrap();
         assert_eq!((same.volume_excavated, same.volume_rim), (Some(0.0), Some(0.0)));

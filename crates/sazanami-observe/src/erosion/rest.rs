@@ -37,6 +37,19 @@ pub enum RestError {
         /// Of the last volume [m^3].
         uncertainty: Real,
     },
+    /// The crater has kept its volume long enough, but in too few instants to tell.
+    #[error(
+        "its volume has kept within its uncertainty since {:.4} ms, in {instants} rows of the series, and rest is judged \
+         by {} or more: write them more often (`output.series`)",
+        1e3 * .since,
+        LEAST_INSTANTS
+    )]
+    TooFew {
+        /// Time from which it has \[s].
+        since: Real,
+        /// Instants since then.
+        instants: usize,
+    },
 }
 
 /// When a crater came to rest.
@@ -47,8 +60,7 @@ pub struct Rest {
     /// Mean volume over the second half of the time since then less that over the first half [m^3]; where that half is a quarter of the course and
     /// more, by its own two halves, as even growth would go on.
     pub drift: Real,
-    /// Whether the crater rests: `since` lies at least a tenth of the course before its end, with eight instants or more,
-    /// and `drift` is at most a quarter of the uncertainty.
+    /// Whether the crater rests: `since` lies at least a tenth of the course before its end, and `drift` is at most a quarter of the uncertainty.
     pub at_rest: bool,
 }
 
@@ -75,17 +87,23 @@ impl VolumeCourse {
         }
     }
 
-    /// When the crater came to rest whose last volume is uncertain by `uncertainty` [m^3].
-    ///
-    /// # Errors
-    /// If the course is one instant long at most, or there never was a crater.
-    pub fn rest(&self, uncertainty: Real) -> Result<Rest, RestError> {
+    /// The last time \[s] and volume [m^3] of a crater whose volume was once larger than its `uncertainty` [m^3].
+    fn last_of_crater(&self, uncertainty: Real) -> Result<[Real; 2], RestError> {
         let (&[.., end], &[_, .., volume]) = (&self.times[..], &self.volumes[..]) else {
             return Err(RestError::Unknown);
         };
         if self.volumes.iter().all(|volume| volume.abs() <= uncertainty) {
             return Err(RestError::NoCrater { uncertainty });
         }
+        Ok([end, volume])
+    }
+
+    /// When the crater came to rest whose last volume is uncertain by `uncertainty` [m^3].
+    ///
+    /// # Errors
+    /// If the course is one instant long at most, there never was a crater, or one that seems to rest has done so for fewer than eight instants.
+    pub fn rest(&self, uncertainty: Real) -> Result<Rest, RestError> {
+        let [end, volume] = self.last_of_crater(uncertainty)?;
         let away = self.volumes.iter().rposition(|v| (v - volume).abs() > uncertainty);
         let first = away.map_or(0, |n| n + 1);
         let since = self.times[first];
@@ -97,8 +115,12 @@ impl VolumeCourse {
         } else {
             2.0 * drift_from(middle, 0.5 * (middle + end))
         };
-        let long = end - since >= LEAST_PART * course && self.times.len() - first >= LEAST_INSTANTS;
-        Ok(Rest { since, drift, at_rest: long && drift.abs() <= LARGEST_DRIFT * uncertainty })
+        let at_rest = end - since >= LEAST_PART * course && drift.abs() <= LARGEST_DRIFT * uncertainty;
+        let instants = self.times.len() - first;
+        if at_rest && instants < LEAST_INSTANTS {
+            return Err(RestError::TooFew { since, instants });
+        }
+        Ok(Rest { since, drift, at_rest })
     }
 
     /// Mean volume between two times, linear between instants [m^3].
@@ -136,9 +158,9 @@ impl CraterCourse {
     /// its uncertainty or 3 % of it, whichever is larger.
     ///
     /// # Errors
-    /// If the course is one instant long at most, or there never was a crater: V tells it from the roughness of a bed.
+    /// As [`VolumeCourse::rest`]; whether there was a crater is told by V from the roughness of a bed.
     pub fn rest(&self, now: &Erosion) -> Result<Rest, RestError> {
-        self.cap.rest(now.volume_uncertainty())?;
+        self.cap.last_of_crater(now.volume_uncertainty())?;
         self.below_rim.rest(now.below_rim_uncertainty().max(KEPT * now.crater.volume_direct))
     }
 
@@ -255,10 +277,54 @@ mod tests {
             short.add(Real::from(n), 1.0);
         }
         (2..7).for_each(|n| short.add(Real::from(n), 1.0));
-        assert!(!short.rest(0.5).expect("there are volumes").at_rest);
+        assert_eq!(short.rest(0.5), Err(RestError::TooFew { since: 0.0, instants: 7 }));
         short.add(7.0, 1.0);
         assert_eq!(short.rest(0.5), Ok(Rest { since: 0.0, drift: 0.0, at_rest: true }));
         short.add(6.5, 9.0);
         assert_eq!(VolumeCourse::from_pairs(&short.pairs()), short);
+    }
+
+    #[test]
+    fn too_few_instants_of_a_crater_that_keeps_are_no_unrest() {
+        let of = |volumes: &[Real]| {
+            let mut course = VolumeCourse::default();
+            (0..).zip(volumes).for_each(|(n, &volume)| course.add(1e-3 * Real::from(n), volume));
+            course
+        };
+        let too_few = |since: Real, instants: usize| Err(RestError::TooFew { since, instants });
+        assert_eq!(of(&[1.0; 5]).rest(0.1), too_few(0.0, 5));
+        assert!(of(&[1.0; 9]).rest(0.1).is_ok_and(|rest| rest.at_rest));
+        let told = of(&[1.0; 5]).rest(0.1).unwrap_err().to_string();
+        assert!(told.contains("since 0.0000 ms, in 5 rows of the series, and rest is judged by 8 or more"), "{told}");
+        // Three of nine, for a quarter of the course: not at rest as far as is known.
+        let formed = [&[2.0; 6][..], &[1.0; 3]].concat();
+        assert_eq!(of(&formed).rest(0.1), too_few(6e-3, 3));
+        // Negative controls: that still changes, in as few instants: within its uncertainty, at once, and for too short a time.
+        for volumes in [&[1.0, 1.02, 1.04, 1.06, 1.08][..], &[2.0, 2.0, 2.0, 2.0, 1.0], &[2.0, 1.8, 1.6, 1.4, 1.2]] {
+            assert!(of(volumes).rest(0.1).is_ok_and(|rest| !rest.at_rest), "{volumes:?}");
+        }
+        let mut late = of(&[2.0; 6]);
+        (0..3).for_each(|n| late.add(0.1 + 1e-3 * Real::from(n), 1.0));
+        assert!(late.rest(0.1).is_ok_and(|rest| !rest.at_rest), "{:?}", late.rest(0.1));
+    }
+
+    #[test]
+    fn a_wandering_cap_with_too_few_instants_holds_up_no_rest() {
+        let (mut erosion, _) = evaluate_cap(6.0e-3, 2.1e-3, 0.2);
+        let [cap, below] = [erosion.crater.volume, erosion.crater.volume_direct];
+        erosion.below_rim_range = [0.99 * below, 1.01 * below];
+        erosion.volume_range = [0.9 * cap, 1.1 * cap];
+        let mut course = CraterCourse::default();
+        // A grain on the rim, which V hangs on, has lain still for three rows.
+        for n in 0..12 {
+            course.add(1e-3 * Real::from(n), [if n < 9 { 2.0 } else { 1.0 } * cap, below]);
+        }
+        assert!(matches!(course.cap.rest(erosion.volume_uncertainty()), Err(RestError::TooFew { instants: 3, .. })));
+        assert!(course.rest(&erosion).is_ok_and(|rest| rest.at_rest) && course.has_kept(&erosion, 10e-3));
+        // Negative control: of few rows the volume below the rim says nothing either, and no run ends by it.
+        let mut short = CraterCourse::default();
+        (0..7).for_each(|n| short.add(2e-3 * Real::from(n), [cap, below]));
+        assert!(matches!(short.rest(&erosion), Err(RestError::TooFew { instants: 7, .. })));
+        assert!(!short.has_kept(&erosion, 10e-3));
     }
 }

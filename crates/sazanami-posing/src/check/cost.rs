@@ -21,9 +21,14 @@ pub(super) struct Work {
     pub packing: Real,
     /// Wall-clock time of the pictures \[s].
     pub pictures: Real,
+    /// Files that are written while the run waits.
+    pub files: Real,
     /// Whether the tank was prepared before.
     pub made_ready: bool,
 }
+
+/// Files of which fewer take no time to speak of.
+const MANY_FILES: Real = 100.0;
 
 /// Wall-clock time by part \[s].
 pub(super) fn predict(
@@ -47,6 +52,9 @@ pub(super) fn predict(
     }
     if case.run.packing_only {
         return parts;
+    }
+    if work.files > MANY_FILES {
+        parts.push(("files", work.files * model.file));
     }
     if let Some(particles) = particles.filter(|_| case.particles.is_some()) {
         let before = super::particles::preparation_steps(&case.preparation, work.dt);

@@ -59,6 +59,16 @@ pub(super) fn disk(case: &Case, size: &Size, [steps, dt]: [Real; 2], model: &Cos
     ]
 }
 
+/// Files of fields, grains and checkpoints that are written, each complete on the disk before the run goes on.
+pub(super) fn files(case: &Case, [steps, dt]: [Real; 2]) -> Real {
+    let until = if case.run.steps.is_some() { case.run.until.min(steps * dt) } else { case.run.until };
+    let (outputs, form) = (&case.output, case.output.grain_form);
+    // With the list of the times that there are.
+    let of_grains = Real::from(u8::from(form.has_points()) + u8::from(form.has_meshes()) + 1);
+    let grains = if case.grains.is_empty() { 0.0 } else { outputs.grains.count(until, steps) * of_grains };
+    2.0 * outputs.fields.count(until, steps) + grains + case.checkpoint.schedule().count(until, steps)
+}
+
 /// Profiles of moving particles and of the bed below them beside a row of the series \[bytes].
 fn profiles(case: &Case) -> Real {
     // Two places a particle, and two a grain size.

@@ -43,6 +43,8 @@ pub(crate) enum Cause {
     CarryingFlow,
     /// The mean velocity that is held.
     Drive,
+    /// A force that never changes, along periodic sides.
+    Force,
     /// Grains of a population.
     Grains(usize),
 }
@@ -127,8 +129,10 @@ impl Pace {
         // The gas goes round a liquid that falls and spreads, about as fast as that.
         let spreads = case.solver == Solver::Mics && case.liquids.iter().any(|l| collapse(case, l) != Vector::ZERO);
         let fluid = if spreads && carrying_flow(case).is_none() { 2.0 * fluid } else { fluid };
-        // Beside a sphere an ideal fluid is half as fast again as the sphere.
-        Self::at(case, populations, [fluid.max(1.5 * grains), grains])
+        // Fluid on a grid is as fast as the surface that turns in it; beside a sphere an ideal one is half as fast again as the sphere.
+        let around = if case.solver == Solver::Mics { begin(populations)[1] } else { 0.0 };
+        let turning = Vector::new(1.0, 1.0, 0.0).normalize() * around;
+        Self::at(case, populations, [fluid.max(1.5 * grains).max(turning), grains])
     }
 
     /// The pace at these largest speeds of fluid and grains [m/s].
@@ -243,10 +247,36 @@ fn given_speeds(case: &Case) -> Vec<(Cause, Vector)> {
     liquids.chain(sides).chain([(Cause::Frame, tank.abs())]).chain(held).chain(together).chain(grains).collect()
 }
 
-/// Largest speed that a case gives at its beginning: to liquid, grains or a flow [m/s].
+/// Largest speed that a case gives: to liquid, grains or a flow at its beginning, or by a force along periodic sides [m/s].
 #[must_use]
 pub fn given_speed(case: &Case) -> Real {
-    given_speeds(case).iter().map(|(_, speed)| speed.length()).fold(0.0, Real::max)
+    given_speeds(case).iter().map(|(_, speed)| speed.length()).fold(driven(case).length(), Real::max)
+}
+
+/// Speed that a force which never changes gives the liquid along periodic sides where no mean velocity is held [m/s]: that of its fall until
+/// the end of the run, at most that of laminar flow between the walls that hold it, or above one.
+fn driven(case: &Case) -> Vector {
+    let force = case.resting_gravity() + case.drive.map_or(Vector::ZERO, |drive| drive.acceleration);
+    let (periodic, extent, liquid) = (case.periodic(), case.domain.extent(), case.fluid.liquid);
+    let held = case.mean_flow().map_or([false; 3], |flow| flow.held);
+    let holds = |side: &BoundarySide| matches!(side, BoundarySide::NoSlip | BoundarySide::Moving { .. });
+    // By a force of one, over the kinematic viscosity [s^2].
+    let laminar = |across: usize| {
+        let part = match case.boundary[across].iter().filter(|side| holds(side)).count() {
+            2 => 1.0 / 8.0,
+            1 => 1.0 / 2.0,
+            _ => Real::INFINITY,
+        };
+        part * extent[across] * extent[across] * liquid.density / liquid.viscosity
+    };
+    let is_viscous = case.solver == Solver::Mps || case.fluid.viscosity != ViscosityScheme::Off;
+    Vector::from_array([0, 1, 2].map(|d| {
+        if !periodic[d] || held[d] || force[d] == 0.0 {
+            return 0.0;
+        }
+        let walls = (0..3).filter(|across| *across != d && is_viscous).map(laminar).fold(Real::INFINITY, Real::min);
+        force[d].abs() * case.run.until.min(walls)
+    }))
 }
 
 /// Largest components of an initial velocity, found at the places among which all of them have their extremes.
@@ -302,6 +332,7 @@ pub(crate) fn speeds(case: &Case, tank: Option<&TankReport>) -> Vec<(Cause, Vect
         _ => None,
     };
     all.extend(case.boundary.iter().flatten().filter_map(moving));
+    all.push((Cause::Force, driven(case)));
     for (cause, speed) in &mut all {
         let more = match *cause {
             Cause::Liquid(n) => collapse(case, &case.liquids[n]),
@@ -309,9 +340,12 @@ pub(crate) fn speeds(case: &Case, tank: Option<&TankReport>) -> Vec<(Cause, Vect
                 let [_, velocity, _] = peaks(case).map_or([Vector::ZERO; 3], |[fastest, _]| case.tank_at(fastest.time));
                 of_frame(case, tank).max(velocity.abs())
             }
-            Cause::Side | Cause::InitialVelocity | Cause::CarryingFlow | Cause::Drive | Cause::Grains(_) => {
-                Vector::ZERO
-            }
+            Cause::Side
+            | Cause::InitialVelocity
+            | Cause::CarryingFlow
+            | Cause::Drive
+            | Cause::Force
+            | Cause::Grains(_) => Vector::ZERO,
         };
         // What cannot be reckoned is refused later.
         *speed = if more.is_nan() { more } else { speed.max(more) };
@@ -322,7 +356,7 @@ pub(crate) fn speeds(case: &Case, tank: Option<&TankReport>) -> Vec<(Cause, Vect
 /// Speed of a liquid that falls and spreads [m/s]: that of its fall, and along the floor that of the front of a dam break
 /// (Ritter 1892), twice the speed of long waves of its height, where there is room for it, or of its way down a slope.
 fn collapse(case: &Case, liquid: &LiquidRegion) -> Vector {
-    let (extent, gravity) = (case.domain.extent(), case.resting_gravity().length());
+    let (extent, gravity) = (case.domain.extent(), case.constant_force_by_mass().length());
     let fall = fall_of(case, liquid);
     let is_free = |d: usize| match &liquid.region {
         Region::Box { lower, upper } => upper[d] - lower[d] < 0.99 * extent[d],
@@ -335,7 +369,7 @@ fn collapse(case: &Case, liquid: &LiquidRegion) -> Vector {
 
 /// Height through which a liquid will move along a direction, from 0, in which gravity slants, until its surface is level \[m].
 fn slide_of(case: &Case, liquid: &LiquidRegion, d: usize) -> Real {
-    let (gravity, length) = (case.resting_gravity().abs(), case.domain.extent()[d]);
+    let (gravity, length) = (case.constant_force_by_mass().abs(), case.domain.extent()[d]);
     let stays = case.periodic()[d] || matches!(liquid.placement, Placement::AboveBed { .. }) || fills(case, liquid);
     if stays || gravity[d] == 0.0 { 0.0 } else { length * (gravity[d] / gravity.z).min(1.0) }
 }
@@ -385,6 +419,11 @@ fn rubs(case: &Case) -> bool {
         && case.grains.iter().any(Population::has_free_grains)
 }
 
+/// How fast surfaces of grains cover space as they begin, and how fast the fastest of their points is at most [m/s].
+fn begin(populations: &[PopulationReport]) -> [Real; 2] {
+    populations.iter().fold([0.0; 2], |a, report| [0, 1].map(|n| Real::max(a[n], report.begins[n])))
+}
+
 /// Largest angular velocity that a grain is given [rad/s].
 fn fastest_turn(case: &Case) -> Real {
     let lists = case.grains.iter().filter_map(|population| match &population.placement {
@@ -408,11 +447,12 @@ fn limit(name: &'static str, dt_s: Real, rule: impl Into<String>) -> LimitReport
     LimitReport { name, dt_s, rule: rule.into(), rules: false }
 }
 
-/// Size of the widest grain that moves and whose shape is known \[m].
+/// Middle extent of the widest grain that moves and whose shape is known \[m].
 fn widest(case: &Case, populations: &[PopulationReport]) -> Real {
     let of_population = |(population, report): (&Population, &PopulationReport)| {
-        let size = report.size_m.filter(|_| population.moves())?;
-        Some(size * population.sizes().largest() / population.sizes().smallest())
+        let sizes = population.sizes();
+        let middle = population.shape.middle().or(report.size_m.map(|size| size / sizes.smallest()));
+        middle.filter(|_| population.moves()).map(|middle| middle * sizes.largest())
     };
     case.grains.iter().zip(populations).filter_map(of_population).fold(0.0, Real::max)
 }
@@ -453,7 +493,7 @@ fn of_grid(
                         .max(strongest(case, case.drive.filter(|drive| drive.acts_by == ActsBy::Mass))),
                 spacing,
             ),
-            grain_motion: grains.length() / (travel * spacing.min_element()),
+            grain_motion: grains.length().max(begin(populations)[0]) / (travel * spacing.min_element()),
             grain_turn: fastest_turn(case),
             grain_friction: if rubs(case) { explicit_rate_of_liquid(&fluid::fluids(case), spacing) } else { 0.0 },
             interface_viscosity: if has_interface(case) { explicit_rate_of_thicker(&fluids, spacing) } else { 0.0 },
@@ -472,7 +512,10 @@ fn of_grid(
         }
         GridLimit::Capillary => "sqrt((rho_l + rho_g) dx^3 / (4 pi sigma))".to_owned(),
         GridLimit::BodyForce => format!("{FALL} sqrt(cell edge / body force)"),
-        GridLimit::GrainMotion => format!("{} of a cell at {} m/s", super::number(travel, 2), speed(grains)),
+        GridLimit::GrainMotion => {
+            let fastest = grains.length().max(begin(populations)[0]);
+            format!("{} of a cell at {} m/s", super::number(travel, 2), super::number(fastest, 3))
+        }
         GridLimit::GrainTurn => format!("{} rad at {} rad/s", bounds.grain_turn, super::number(fastest_turn(case), 3)),
         GridLimit::GrainFriction => format!("{GRAIN_FRICTION} / (2 nu sum of 1/dx^2) of the liquid"),
         GridLimit::InterfaceViscosity => {

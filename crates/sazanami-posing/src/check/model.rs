@@ -36,6 +36,8 @@ pub struct CostModel {
     pub parallel_share: Real,
     /// Time to rest of a bed after the fall over that in which velocities fall to 1/e.
     pub packing_rest: Real,
+    /// A file of results, until it is on the disk \[s]: 3 to 20 ms by the disk.
+    pub file: Real,
     /// Memory [bytes per cell].
     pub memory_cell: Real,
     /// Memory [bytes per grain], plus
@@ -81,6 +83,7 @@ impl Default for CostModel {
             substep_face: 7.5e-8,
             parallel_share: 0.85,
             packing_rest: 4.0,
+            file: 1e-2,
             memory_cell: 320.0,
             memory_grain: 2.0e3,
             memory_sphere: 16.0,

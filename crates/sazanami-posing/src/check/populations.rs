@@ -24,6 +24,8 @@ pub struct ShapeFacts {
     pub body: Option<Body>,
     /// Corners of its surface.
     pub corners: Option<usize>,
+    /// See [`PopulationReport::begins`].
+    pub begins: [Real; 2],
     /// Description of the shape, a line each, for the report of `check`.
     pub lines: Vec<String>,
 }
@@ -65,6 +67,7 @@ fn population_report(case: &Case, population: &Population, facts: &ShapeFacts) -
         shape: facts.lines.clone(),
         face_spheres: body.as_ref().map(|body| body.face().spheres),
         body,
+        begins: facts.begins,
         surface_corners: facts.corners.or_else(|| shape.map(|shape| shape.surface().nodes.len())),
     }
 }

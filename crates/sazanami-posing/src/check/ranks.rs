@@ -118,7 +118,7 @@ fn predicted(report: &CheckReport, shares: &Shares, threads: usize, model: &Cost
     let whole = model.speed(report.threads.min(report.machine.cores)) / model.speed(threads);
     let share = |name: &str| match name {
         // Rank 0 draws for all.
-        "pictures" => 1.0,
+        "pictures" | "files" => 1.0,
         "fluid" => whole * shares.cells,
         _ => whole * shares.grains,
     };

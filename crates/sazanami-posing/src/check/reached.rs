@@ -2,36 +2,40 @@
 
 use sazanami_numerics::{Real, Vector};
 
-use crate::case::meaning::{Case, FluidName, GrainPlacement, LiquidRegion, Motion, Population};
+use crate::case::meaning::{Case, Fluid, FluidName, GrainPlacement, LiquidRegion, Motion, Population, Solver};
 
-/// Speed that free grains of a population reach by falling through the box [m/s]: that of their fall in vacuum, at most
-/// their terminal speed in the fluid around them. Grains of a bed rest.
+/// Speed that free grains of a population reach by falling through the box [m/s]: above the liquid and within it each that of their fall in
+/// vacuum, at most their terminal speed there. Grains of a bed rest.
 pub(super) fn falling(case: &Case, population: &Population) -> Vector {
     if population.motion != Motion::Free && !matches!(population.placement, GrainPlacement::List(_)) {
         return Vector::ZERO;
     }
-    let floor = case.domain.lower.z;
-    let (height, lowest) = match &population.placement {
+    let (floor, top) = (case.domain.lower.z, case.domain.upper.z);
+    let highest = match &population.placement {
         GrainPlacement::List(list) => {
-            let free = list.iter().filter(|grain| grain.motion == Motion::Free).map(|grain| grain.position.z);
-            (free.clone().fold(floor, Real::max) - floor, free.fold(Real::INFINITY, Real::min))
+            let free = list.iter().filter(|grain| grain.motion == Motion::Free);
+            free.map(|grain| grain.position.z).fold(floor, Real::max)
         }
-        GrainPlacement::Lattice(lattice) => (lattice.upper.z - floor, lattice.lower.z),
-        GrainPlacement::Fed(feed) => (feed.upper.z - floor, feed.lower.z),
+        GrainPlacement::Lattice(lattice) => lattice.upper.z,
+        GrainPlacement::Fed(feed) if feed.side.place() == [2, 1] => top,
+        GrainPlacement::Fed(feed) => feed.upper.z,
         GrainPlacement::Packed(_) | GrainPlacement::Bed(_) => return Vector::ZERO,
     };
+    let liquids = case.liquids.iter().filter(|liquid| liquid.fluid == FluidName::Liquid);
+    let level = liquids.filter_map(LiquidRegion::top).fold(floor, Real::max).min(top);
     let gravity = case.resting_gravity().length();
-    let fall = (2.0 * gravity * height.max(0.0)).sqrt();
-    let terminal = terminal_speed(case, population, gravity, lowest).unwrap_or(Real::INFINITY);
-    Vector::new(0.0, 0.0, fall.min(terminal))
+    let through = |height: Real, fluid: Option<Fluid>| {
+        let terminal = fluid.and_then(|fluid| terminal_speed(case, population, gravity, fluid));
+        (2.0 * gravity * height.max(0.0)).sqrt().min(terminal.unwrap_or(Real::INFINITY))
+    };
+    // Over moving particles there is no gas.
+    let above = through(highest - level, (case.solver == Solver::Mics).then_some(case.fluid.gas));
+    let within = through(highest.min(level) - floor, Some(case.fluid.liquid));
+    Vector::new(0.0, 0.0, above.max(within))
 }
 
-/// Terminal speed of a sphere of the largest grains' size with the drag of Schiller and Naumann (1935): in the liquid
-/// where that reaches above the `lowest` grain \[m], else in the gas [m/s].
-fn terminal_speed(case: &Case, population: &Population, gravity: Real, lowest: Real) -> Option<Real> {
-    let liquids = case.liquids.iter().filter(|liquid| liquid.fluid == FluidName::Liquid);
-    let level = liquids.filter_map(LiquidRegion::top).fold(Real::NEG_INFINITY, Real::max);
-    let fluid = if level >= lowest { case.fluid.liquid } else { case.fluid.gas };
+/// Terminal speed in a fluid of a sphere of the largest grains' size with the drag of Schiller and Naumann (1935) [m/s].
+fn terminal_speed(case: &Case, population: &Population, gravity: Real, fluid: Fluid) -> Option<Real> {
     let size = population.shape.size()? * population.sizes().largest();
     let density = match population.mass_override {
         Some(mass) => mass / population.shape.volume()?,

@@ -45,6 +45,9 @@ pub struct PopulationReport {
     /// Its contact spheres and inertia.
     #[serde(skip)]
     pub body: Option<Body>,
+    /// How fast surfaces of listed grains that turn cover space as these begin, and how fast the fastest of their points is at most [m/s].
+    #[serde(skip)]
+    pub begins: [Real; 2],
     /// Corners of its surface.
     #[serde(skip)]
     pub surface_corners: Option<usize>,

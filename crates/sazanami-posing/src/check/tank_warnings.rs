@@ -79,8 +79,9 @@ const PEAKED: Real = 4.0;
 fn warn_of_peaks(loaded: &LoadedCase, report: &mut Diagnostics) {
     let motion = loaded.case.frame.as_ref().and_then(|frame| frame.motion.as_ref());
     let Some(motion @ TankMotion::File { peaks: [_, peak], .. }) = motion else { return };
-    let regular =
-        motion.harmonic().map_or(0.0, |(amplitude, frequency)| amplitude.length() * (TAU * frequency).powi(2));
+    // Less than a cycle has nothing beside which it is a peak.
+    let Some((amplitude, frequency)) = motion.harmonic() else { return };
+    let regular = amplitude.length() * (TAU * frequency).powi(2);
     if peak.value > PEAKED * regular {
         report
             .warning(loaded.places.near("frame.motion.file"), "the recorded motion has a peak")

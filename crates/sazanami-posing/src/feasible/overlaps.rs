@@ -2,13 +2,15 @@
 
 use std::collections::HashSet;
 
-use sazanami_dem::{DEEP_OVERLAP, LARGEST_OVERLAP};
+use sazanami_dem::{Body, DEEP_OVERLAP, LARGEST_OVERLAP};
 use sazanami_numerics::particles::BinIndex;
 use sazanami_numerics::{Real, Vector};
 
 use super::placed::{Origin, Placed, no_corners};
 use super::{MOST_ALIKE, Search};
+use crate::assembly::grains;
 use crate::case::meaning::{GrainPlacement, LatticePlacement};
+use crate::check::ShapeFacts;
 
 /// Pairs with boxes that meet, for each grain, in which contact spheres are compared.
 const MOST_LOOKED_AT: usize = 100;
@@ -139,6 +141,60 @@ impl Search<'_> {
             let help = "`relax = true` lets the bed come to rest with these contact spheres before the run begins";
             self.overlapping([&placed[a], &placed[b]], overlap, &more, help);
         }
+    }
+
+    /// Grains that are packed must not begin so far within each other that the packing ends at once. Those across periodic sides lie as far
+    /// apart as others.
+    pub(super) fn packed_apart(&mut self, facts: &[ShapeFacts]) {
+        let spacing = |n: usize| match &self.case.grains[n].placement {
+            GrainPlacement::Packed(how) => Some((n, how.spacing)),
+            _ => None,
+        };
+        // From a spacing of 1 on they begin apart.
+        let closer = |(_, spacing): &(usize, Real)| *spacing < 1.0;
+        let Some((first, _)) = (0..facts.len()).find_map(spacing).filter(closer) else { return };
+        let bodies: Vec<Body> = facts.iter().filter_map(|facts| facts.body.clone()).collect();
+        let Some((settings, mut grains)) = grains::to_pack(self.case) else { return };
+        // That the box is too narrow is said already.
+        if settings.arrange(&bodies, &mut grains).is_err() {
+            return;
+        }
+        let placed: Vec<Placed> = grains.iter().map(|grain| self.as_it_lies(grain)).collect();
+        let Some((a, b, overlap)) = self.deepest(&placed).filter(|(.., overlap)| *overlap > DEEP_OVERLAP) else {
+            return;
+        };
+        let [(one, _), (other, _)] = [a, b].map(|n| self.name(&placed[n]));
+        let label = format!("{other} overlaps {one} by {:.0} % of the smaller contact sphere's radius", 1e2 * overlap);
+        let title = "grains that are packed begin within each other";
+        let span = self.loaded.places.at(&format!("grains.{first}.placement.packed.spacing"));
+        let finding = if overlap > LARGEST_OVERLAP {
+            let most = format!("{label}, more than {:.0} % ends the run", 1e2 * LARGEST_OVERLAP);
+            self.report.error(span, title).label(most)
+        } else {
+            self.report.warning(Some(span), title).label(label)
+        };
+        finding.help("leave out `spacing`, or take 1 or more: their springs throw them apart");
+    }
+
+    /// The deepest overlap of two grains over the smaller contact sphere's radius, as far as they are looked through, and the two; the search
+    /// ends with one that ends the run.
+    fn deepest(&self, placed: &[Placed]) -> Option<(usize, usize, Real)> {
+        let mut hulls: Vec<Hull> = placed.iter().enumerate().map(|(n, grain)| self.hull(n, grain)).collect();
+        let most = MOST_PAIRS + hulls.len();
+        let (mut found, mut looked_at): (Option<(usize, usize, Real)>, usize) = (None, 0);
+        let mut mine = (usize::MAX, Vec::new());
+        meeting(&mut hulls, MOST_COMPARED * most, |a, b, shared| {
+            if mine.0 != a.grain {
+                mine = (a.grain, self.spheres(&placed[a.grain]));
+            }
+            let overlap = self.overlap(&mine.1, &placed[b.grain], shared);
+            if found.is_none_or(|(.., deepest)| overlap > deepest) {
+                found = Some((a.grain, b.grain, overlap));
+            }
+            looked_at += 1;
+            overlap <= LARGEST_OVERLAP && looked_at < MOST_LOOKED_AT * most
+        });
+        found
     }
 
     /// Says that the grains lie so close that not all pairs were looked at.

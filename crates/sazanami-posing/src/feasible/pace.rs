@@ -6,11 +6,11 @@ use sazanami_dem::impact::ImpactErrors;
 use sazanami_dem::stability::USUAL_ERROR;
 use sazanami_dem::{DEEP_OVERLAP, Damping, LARGEST_OVERLAP};
 use sazanami_mics::stability::Limit;
-use sazanami_numerics::Real;
+use sazanami_numerics::{Real, Vector};
 
 use super::Search;
 use crate::assembly::grains::{self, smallest_sphere};
-use crate::case::meaning::{Case, GrainPlacement, PairContact, Solver, Substeps, WALL};
+use crate::case::meaning::{Case, GrainPlacement, PairContact, Population, Solver, Substeps, WALL};
 use crate::case::units::rounded;
 use crate::check::{
     Cause, CostModel, LimitReport, OF_PASS, Pace, PopulationReport, ShapeFacts, SubstepCause, TankReport, fall_of,
@@ -292,7 +292,10 @@ impl Search<'_> {
             exceeds(falls, SOUND)
                 && matches!(cause, Cause::Liquid(n) if !exceeds(case.liquids[*n].velocity.length(), SOUND))
         };
-        let known = speeds(case, tank);
+        // What a force makes of the flow along periodic sides hangs on grains too.
+        let mut known = speeds(case, tank);
+        known.retain(|(cause, _)| !matches!(cause, Cause::Force));
+        known.extend((0..case.grains.len()).map(|n| (Cause::Grains(n), Vector::X * fastest_turn(&case.grains[n]))));
         for (cause, speed) in known.iter().filter(|(of, speed)| exceeds(speed.length(), SOUND) && !by_force(of)) {
             self.report
                 .error_at(self.span_of_cause(*cause), "this moves faster than sound in water")
@@ -369,6 +372,7 @@ impl Search<'_> {
             Cause::InitialVelocity => places.near("fluid.initial_velocity"),
             Cause::CarryingFlow => places.near("fluid.carrying_flow"),
             Cause::Drive => places.near("drive.mean_velocity"),
+            Cause::Force => self.span_of_force(),
             Cause::Grains(n) => Some(self.span(n)),
         }
     }
@@ -387,4 +391,11 @@ impl Search<'_> {
         let given = names.iter().find(|name| places.of(&format!("contact.{name}")).is_some())?;
         places.near(&format!("contact.{given}.normal_stiffness"))
     }
+}
+
+/// Largest speed that a turn gives to a point of the surface of a listed grain, by half of its largest extent [m/s].
+fn fastest_turn(population: &Population) -> Real {
+    let GrainPlacement::List(list) = &population.placement else { return 0.0 };
+    let turns = list.iter().map(|grain| grain.factor * grain.angular_velocity.length());
+    0.5 * population.shape.extent().unwrap_or(0.0) * turns.fold(0.0, Real::max)
 }

@@ -488,6 +488,9 @@ fn densities_of_another_unit_and_peaks_of_records_are_said() {
         steps(&peaked),
         steps(&smooth)
     );
+    // Nor is a run of less than a cycle of the record said to have a peak.
+    let begins = findings(RIPPLES, &[&smooth, "run.until=0.2 s"]).1;
+    assert!(!begins.iter().any(|text| text.contains("has a peak")), "{begins:#?}");
     for (case, change) in [(RIPPLES, &smooth[..]), (RIPPLES, "material.sand.density=19300 kg/m^3")] {
         let texts = findings(case, &[change]).1;
         assert!(!texts.iter().any(|text| text.contains("a density of") || text.contains("has a peak")), "{texts:#?}");
@@ -588,6 +591,10 @@ fn records_that_end_on_the_way_and_gauges_across_gravity_are_warned_of() {
     assert!(across("gravity=[\"9 m/s^2\", \"0 m/s^2\", \"-4 m/s^2\"]"));
     // Negative control: hardly tilted.
     assert!(!across("gravity=[\"1 m/s^2\", \"0 m/s^2\", \"-9.7 m/s^2\"]"));
+    let fall = "liquid.0.fall={ speed = \"1 m/s\", angle = \"30 deg\" }";
+    let across = |gravity: &str| said(&[fall, gravity], "a fall leads along -x3, and gravity points elsewhere");
+    assert!(across("gravity=[\"-9.8 m/s^2\", \"0 m/s^2\", \"0 m/s^2\"]"));
+    assert!(!across("gravity=\"9.8 m/s^2\"") && !across("gravity=\"0 m/s^2\""));
 
     for (table, what) in [("bed", "a bed is"), ("heap", "a heap is"), ("erosion", "a crater is")] {
         let (asked, warning) =

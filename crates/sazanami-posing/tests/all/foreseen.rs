@@ -114,6 +114,39 @@ fn a_periodic_box_has_room_for_the_films_of_its_grains() {
 }
 
 #[test]
+fn a_packing_whose_grains_begin_within_each_other_is_foreseen() {
+    const WITHIN: &str = "grains that are packed begin within each other";
+    let packed = |spacing: &str| spheres(&format!("count = 40\nplacement.packed = {{ spacing = {spacing} }}"));
+    // Half a diameter apart: by a radius.
+    refused(&packed("0.5"), &[], WITHIN);
+    refused(&packed("0.5"), &[], "more than 80 % ends the run");
+    let told = |spacing: &str| {
+        let (runs, found) = posed(&packed(spacing), &[]);
+        assert!(runs.is_some(), "{spacing}: {found}");
+        found.contains(WITHIN)
+    };
+    assert!(told("0.75"), "seven along 6 mm overlap by 0.29 of a radius, which the run bears");
+    assert!(!told("0.95") && !told("1.05"));
+    // Grains of unlike sizes are scattered, whatever the spacing.
+    let sizes = "size.list = [{ factor = 1, weight = 0.5 }, { factor = 0.4, weight = 0.5 }]";
+    runs(&spheres(&format!("count = 40\n{sizes}\nplacement.packed = {{ spacing = 0.5 }}")), &[]);
+}
+
+#[test]
+fn a_displacement_that_the_spacing_of_a_packing_cuts_is_told() {
+    const LESS: &str = "grains are displaced by less than `jitter` says";
+    let told = |keys: &str| posed(&spheres(&format!("count = 40\nplacement.packed = {{ {keys} }}")), &[]).1;
+    let cut = told("jitter = 0.2");
+    assert!(cut.contains(LESS) && cut.contains("0.02381 of the distance of neighbours"), "{cut}");
+    let none = told("spacing = 0.95, jitter = 0.2");
+    assert!(none.contains(LESS) && none.contains("along x3 by 0 of the distance"), "{none}");
+    // Negative control: what there is room for, or all but so, and the default.
+    for keys in ["", "spacing = 0.95", "spacing = 1.1, jitter = 0.05", "spacing = 2, jitter = 0.2"] {
+        assert!(!told(keys).contains(LESS), "{keys}");
+    }
+}
+
+#[test]
 fn lattices_are_looked_at_as_they_are_drawn() {
     let lattice = |keys: &str| spheres(&format!("placement.lattice = {{ counts = [5, 5, 5]{keys} }}"));
     refused(&lattice(", jitter = 0.5"), &[], "overlaps grain");
@@ -383,4 +416,126 @@ fn the_hash_of_a_copy_knows_no_folders_of_regions() {
     let other = "[[liquid]]\nregion = { file = { file = \"/one/c.vti\" } }\n";
     let is_same = |text: &str| resolved::hash_of_copy(other) == resolved::hash_of_copy(text);
     assert!(is_same(&other.replace("/one/", "")) && !is_same(&other.replace("c.vti", "d.vti")));
+}
+
+/// Water between two walls, periodic along x2.
+const CHANNEL: &str = "solver = \"mps\"\n[domain]\nsize = [\"10 mm\", \"6 mm\", \"6 mm\"]\n[boundary]\nx1 = \"no_slip\"\nx2 = \"periodic\"\n\
+                       x3 = \"slip\"\n[particles]\nspacing = \"1 mm\"\ndt_max = \"1 ms\"\n[[liquid]]\n\
+                       region.box = { lower = [\"0 mm\", \"0 mm\", \"0 mm\"], upper = [\"10 mm\", \"6 mm\", \"6 mm\"] }\n\
+                       [run]\nuntil = \"0.3 s\"\n";
+
+#[test]
+fn what_a_force_along_periodic_sides_makes_is_foreseen() {
+    let most = |force: &str, changes: &[&str]| report(CHANNEL, &[&[force], changes].concat()).0.most_steps;
+    let by_drive = "drive.acceleration=[\"0 m/s^2\", \"10 m/s^2\", \"0 m/s^2\"]";
+    // It falls freely in so short a time: at 3 m/s a step is 0.05 ms long. A run took 3054 steps.
+    let steps = most(by_drive, &[]);
+    assert!((3054.0..6200.0).contains(&steps), "{steps}");
+    for force in [
+        "gravity=[\"0 m/s^2\", \"10 m/s^2\", \"0 m/s^2\"]",
+        "frame.acceleration=[\"0 m/s^2\", \"-10 m/s^2\", \"0 m/s^2\"]",
+    ] {
+        assert_eq!(most(force, &[]), steps, "{force}");
+    }
+    // A thick liquid gets to g h^2/(8 nu) = 1.25 mm/s and no further.
+    let thick = "fluid.liquid={ density = \"1000 kg/m^3\", kinematic_viscosity = \"0.1 m^2/s\" }";
+    assert!(most(by_drive, &[thick]) < 1.1 * most("gravity=0 m/s^2", &[thick]));
+    // Negative control: a mean velocity that is held.
+    let held = "drive={ acceleration = [\"0 m/s^2\", \"10 m/s^2\", \"0 m/s^2\"], mean_velocity = [\"0 m/s\", \"1 mm/s\", \"0 m/s\"] }";
+    assert!(most(held, &["gravity=[\"0 m/s^2\", \"1 m/s^2\", \"0 m/s^2\"]"]) < 0.3 * steps);
+}
+
+/// 6 mm of water in a shaft of 160 mm.
+const SHAFT: &str = "solver = \"mps\"\ngravity = \"9.81 m/s^2\"\n[domain]\nsize = [\"8 mm\", \"8 mm\", \"160 mm\"]\n[boundary]\nx1 = \"periodic\"\n\
+                     x2 = \"periodic\"\nx3_lower = \"slip\"\nx3_upper = \"outflow\"\n[particles]\nspacing = \"1 mm\"\ndt_max = \"1 ms\"\n\
+                     [[liquid]]\nregion.half_space = { point = [\"0 mm\", \"0 mm\", \"6 mm\"] }\n[material.m]\ndensity = \"2650 kg/m^3\"\n\
+                     [contact.default]\nnormal_stiffness = \"400 N/m\"\nrestitution = 0.5\n[[grains]]\nshape.sphere.diameter = \"1 mm\"\n\
+                     count = 2\n[output]\nseries = { every = \"5 ms\" }\nfields = { at = [] }\nfigures = { at = [] }\n[run]\nuntil = \"0.2 s\"\n";
+
+#[test]
+fn grains_that_fall_through_the_air_are_foreseen_beside_others_under_water() {
+    let most = |placement: &str| {
+        let list = placement.starts_with('[');
+        let key = if list { "list" } else { "fed" };
+        let text = if list { SHAFT.replace("count = 2\n", "") } else { SHAFT.to_owned() };
+        report(&text, &[&format!("grains.0.placement.{key}={placement}")]).0.most_steps
+    };
+    let (high, low) =
+        ("{ position = [\"4 mm\", \"4 mm\", \"155 mm\"] }", "{ position = [\"2 mm\", \"2 mm\", \"0.5 mm\"] }");
+    // Runs took 1084 and 1196 steps.
+    let both = most(&format!("[{high}, {low}]"));
+    assert!((1084.0..5000.0).contains(&both), "{both}");
+    let fed = most("{ side = \"x3_upper\", rate = \"20 Hz\", velocity = [\"0 m/s\", \"0 m/s\", \"-0.1 m/s\"] }");
+    assert!((1196.0..5000.0).contains(&fed), "{fed}");
+    // Negative control: under water alone.
+    let sunk = most(&format!("[{low}]"));
+    assert!(sunk < 0.5 * both, "{sunk} {both}");
+}
+
+#[test]
+fn grains_that_are_carried_through_a_wall_are_refused() {
+    let carried = spheres(
+        "motion = \"prescribed\"\nplacement.list = [{ position = [\"3 mm\", \"3 mm\", \"3 mm\"], velocity = [\"1 m/s\", \"0 m/s\", \"0 m/s\"] }]",
+    );
+    refused(&carried, &["run.until=4 ms"], "grain 0 of `sand` is carried through the wall x1_upper");
+    refused(&carried, &["run.until=4 ms"], "its centre is there at 3.004 ms, and the run goes on to 4 ms");
+    // Where the run may end sooner it is warned of.
+    let (feasible, found) = posed(&carried, &["run.until=4 ms", "run.steps=3"]);
+    assert!(feasible.is_some() && found.contains("is carried through the wall x1_upper"), "{found}");
+    // Negative controls: a run that ends before, and sides that let it through.
+    runs(&carried, &["run.until=2.9 ms"]);
+    runs(&carried, &["run.until=4 ms", "boundary.x1=periodic"]);
+    runs(&carried, &["run.until=4 ms", "boundary.x1_upper=outflow"]);
+    // What moves sideways at one end and leaves at the other.
+    let back = "grains.0.placement.list.0.velocity=[\"0 m/s\", \"-1 m/s\", \"0 m/s\"]";
+    refused(&carried, &["run.until=4 ms", back], "through the wall x2_lower");
+}
+
+#[test]
+fn the_surfaces_of_grains_that_turn_are_foreseen() {
+    let turning = |shape: &str, turn: &str| {
+        format!(
+            "[domain]\nsize = [\"24 mm\", \"24 mm\", \"24 mm\"]\ncells = [24, 24, 24]\n[[liquid]]\nallow_touching_grains = true\n\
+             region.box = {{ lower = [\"0 mm\", \"0 mm\", \"0 mm\"], upper = [\"24 mm\", \"24 mm\", \"24 mm\"] }}\n[material.s]\n\
+             density = \"2650 kg/m^3\"\n[[grains]]\nmotion = \"prescribed\"\nshape.{shape}\nplacement.list = [{{ position = \
+             [\"12 mm\", \"12 mm\", \"12 mm\"], angular_velocity = [\"0 rad/s\", \"{turn}\", \"0 rad/s\"] }}]\n[run]\nuntil = \"10 ms\"\n"
+        )
+    };
+    let plate = turning("box = { size = [\"14 mm\", \"14 mm\", \"4 mm\"] }", "400 rad/s");
+    let (found, text) = report(&plate, &[]);
+    // A fifth of a cell at 2.8 m/s, the speed of the edge along the normal of the face; a run took 140 steps.
+    let motion = found.limits.iter().find(|limit| limit.name == "grain_motion").expect("it moves");
+    assert!((motion.dt_s / (0.2e-3 / (400.0 * 7e-3)) - 1.0).abs() < 1e-9, "{motion:?}");
+    assert!((100.0..280.0).contains(&found.steps), "{} {text}", found.steps);
+    // A ball does not cover space as it turns, but takes the fluid along: 93 steps.
+    let (ball, _) = report(&turning("sphere.diameter = \"16 mm\"", "400 rad/s"), &[]);
+    assert!((93.0..280.0).contains(&ball.most_steps), "{}", ball.most_steps);
+    // Negative controls: a plate that slides as fast without a turn is as before, and one that turns slowly.
+    let slides = "grains.0.placement.list=[{ position = [\"12 mm\", \"12 mm\", \"12 mm\"], velocity = [\"0 m/s\", \"0 m/s\", \"0.1 m/s\"] }]";
+    let (slid, _) = report(&plate, &[slides]);
+    assert!(slid.most_steps < 30.0, "{}", slid.most_steps);
+    let (slow, _) = report(&turning("sphere.diameter = \"16 mm\"", "1 rad/s"), &[]);
+    assert!(slow.most_steps < 30.0, "{}", slow.most_steps);
+    refused(&turning("sphere.diameter = \"3 mm\"", "1e9 rad/s"), &[], "this moves faster than sound in water");
+}
+
+#[test]
+fn many_files_take_their_time() {
+    let text = spheres("placement.lattice = { counts = [3, 3, 3] }");
+    let files = |schedule: &str| {
+        let (found, _) =
+            report(&text, &["fluid.dt=1 us", &format!("output={{ {schedule}, figures = {{ at = [] }} }}")]);
+        found.predicted_s.into_iter().find(|(part, _)| *part == "files").map(|(_, seconds)| seconds)
+    };
+    let nothing = "grains = { at = [] }, fields = { at = [] }";
+    let model = CostModel::default();
+    // 1000 steps: a field and the list of them each.
+    let fields = files("grains = { at = [] }, fields = { steps = 1 }").expect("there are many");
+    assert!((1990.0..2010.0).contains(&(fields / model.file)), "{fields}");
+    assert!(
+        files("grains = { every = \"1 us\" }, fields = { at = [] }")
+            .is_some_and(|seconds| seconds > 1900.0 * model.file)
+    );
+    // Negative control.
+    assert_eq!(files(nothing), None);
 }

@@ -62,6 +62,16 @@ fn beds_are_packed_together_and_straight_down() {
 }
 
 #[test]
+fn rolling_friction_of_grains_that_are_no_balls_does_nothing() {
+    const IDLE: &str = "`dem.rolling_friction` does nothing";
+    let rolling = "dem.rolling_friction=0.1";
+    assert!(says(GRADED, &[rolling], IDLE));
+    // Negative control: a ball among them, and the default.
+    assert!(!says(PACKING, &[rolling], IDLE) && !says("heap/column.toml", &[], IDLE));
+    assert!(!says(GRADED, &["dem.rolling_friction=0"], IDLE));
+}
+
+#[test]
 fn probes_on_grains_that_levelling_takes_are_told_on_the_grid_too() {
     const TAKEN: &str = "may be taken away when the bed is levelled";
     let probe = "probe=[{ name = \"top\", body = { population = \"pebbles\", index = 599 } }]";
@@ -174,4 +184,19 @@ fn a_box_that_follows_its_liquid_lets_out_what_it_lets_in() {
         assert!(says(FALLING, &[&side], CLOSED) && says(FALLING, &[&side], "make it `outflow`"), "{closed}");
     }
     assert!(!says(FALLING, &[], CLOSED) && says(FALLING, &["boundary.x1=no_slip"], "a wall would fall with the box"));
+}
+
+#[test]
+fn keys_of_a_rest_that_does_not_come_before_the_run_are_told() {
+    let keys = ["damping=0.5", "strain=0.02", "speed=2 mm/s", "must_rest=false"];
+    for key in keys.map(|key| format!("preparation.{key}")) {
+        let words = format!("`{}` does nothing", key.split('=').next().unwrap());
+        assert!(says(LOBOVSKY, &[&key], &words), "{key}");
+        assert!(!says(LOBOVSKY, &[&key, "preparation.relax_steps=10"], &words), "{key}");
+        assert!(!says(RIPPLES, &[&key], &words), "{key}");
+    }
+    // Negative control: the usual values written out, as the copy of a case has them.
+    for key in ["damping=0.9", "strain=0.01", "speed=1 mm/s", "must_rest=true", "cache=false"] {
+        assert!(!says(LOBOVSKY, &[&format!("preparation.{key}")], "does nothing"), "{key}");
+    }
 }

@@ -189,6 +189,28 @@ fn the_section_tells_of_a_crater_where_there_is_one() {
 }
 
 #[test]
+fn of_rest_the_report_says_what_is_known() {
+    let folder = tempfile::tempdir().unwrap();
+    results(folder.path(), 8, 2, [4, 4, 4]);
+    let path = folder.path().join("summary.json");
+    let first: serde_json::Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
+    let page = |rest: serde_json::Value, doubts: &str| {
+        let mut summary = first.clone();
+        summary["observables"]["erosion"]["volume_below_rim_doubts"] = doubts.into();
+        summary["observables"]["crater_rest"] = rest;
+        fs::write(&path, summary.to_string()).unwrap();
+        fs::read_to_string(sazanami_report::of_run(folder.path()).unwrap()).unwrap()
+    };
+    let moves = || serde_json::json!({ "at_rest": false });
+    let unrest = "The crater has not come to rest at the end of the run";
+    assert!(page(moves(), "").contains(unrest));
+    // What is no crater does not come to rest, and of too few rows nothing is known.
+    assert!(!page(moves(), sazanami::artist::NO_CRATER).contains(unrest));
+    let unknown = page(serde_json::json!({ "not_evaluated": "in 7 rows" }), "");
+    assert!(!unknown.contains(unrest) && unknown.contains("Whether the crater rests was not evaluated: in 7 rows."));
+}
+
+#[test]
 fn damaged_files_are_refused_with_their_names() {
     let folder = tempfile::tempdir().unwrap();
     results(folder.path(), 50, 2, [4, 4, 4]);

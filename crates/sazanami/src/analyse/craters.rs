@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use sazanami_io::table::write_csv;
 use sazanami_numerics::{Real, Vector};
 use sazanami_observe::comparison::{Comparison, PowerLaw, Repeated, RunResult, Series, Volume};
-use sazanami_observe::erosion::{NOT_AT_REST, RIM_AT_EDGE};
+use sazanami_observe::erosion::{NO_CRATER, NOT_AT_REST, REST_UNKNOWN, RIM_AT_EDGE};
 
 use super::lines::{aligned, number};
 use super::output::{Output, free_path, undone};
@@ -42,6 +42,17 @@ fn is_same_end(a: Real, b: Real) -> bool {
     (a - b).abs() <= SAME_END * a.abs().max(b.abs())
 }
 
+/// Doubt about a crater that may change after the end of its run, beside the doubts that are `said` of its volume.
+fn unrest(at_rest: Option<bool>, said: &str) -> Option<&'static str> {
+    let doubt = match at_rest {
+        Some(true) => return None,
+        Some(false) => NOT_AT_REST,
+        // The run is too short to tell, or has too few rows.
+        None => REST_UNKNOWN,
+    };
+    (![NO_CRATER, NOT_AT_REST].iter().any(|told| said.contains(told))).then_some(doubt)
+}
+
 /// The runs that can be compared, and a line about each that cannot, or that was stopped.
 pub(super) fn comparable(folders: &[PathBuf]) -> Result<(Vec<RunResult>, Vec<String>), CommandError> {
     let mut found: Vec<(Real, bool, RunResult)> = Vec::new();
@@ -74,13 +85,12 @@ pub(super) fn comparable(folders: &[PathBuf]) -> Result<(Vec<RunResult>, Vec<Str
         }
         let momentum = &summary["momentum"]["initial"]["liquid"];
         let momentum = (0..3).map(|d| momentum[d].as_f64().unwrap_or_default().powi(2)).sum::<Real>().sqrt();
-        let rests = summary["observables"]["crater_rest"]["at_rest"] == true;
+        let at_rest = summary["observables"]["crater_rest"]["at_rest"].as_bool();
         let volume = |key: &str| {
             let of = |what: &str| 1e-9 * erosion(&format!("{key}{what}_mm3")).unwrap_or_default();
             let said = summary["observables"]["erosion"][format!("{key}_doubts")].as_str().unwrap_or_default();
-            // Of a run that is too short for it nothing is known of rest.
-            let moves = (!rests && !said.contains(NOT_AT_REST)).then_some(NOT_AT_REST);
-            let doubts: Vec<&str> = [said].into_iter().filter(|said| !said.is_empty()).chain(moves).collect();
+            let doubts: Vec<&str> =
+                [said].into_iter().filter(|said| !said.is_empty()).chain(unrest(at_rest, said)).collect();
             Volume { volume: of(""), uncertainty: of("_uncertainty"), noise: of("_noise"), doubts: doubts.join("; ") }
         };
         let result = RunResult {
@@ -93,7 +103,7 @@ pub(super) fn comparable(folders: &[PathBuf]) -> Result<(Vec<RunResult>, Vec<Str
             rim_radius: 1e-3 * erosion("rim_radius_mm").unwrap_or_default(),
             splashed: number(&summary, &["observables", "splash", "grains"]).unwrap_or_default() as usize,
         };
-        found.push((end, rests, result));
+        found.push((end, at_rest == Some(true), result));
     }
     // A crater at rest is what it is at any later time.
     let common = common_end(found.iter().filter(|(_, rests, _)| !rests).map(|&(end, ..)| end));
@@ -179,6 +189,18 @@ fn conclusions(series: &Series) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn unrest_is_told_once_and_of_craters_alone() {
+        assert_eq!(
+            [Some(true), Some(false), None].map(|at_rest| unrest(at_rest, "")),
+            [None, Some(NOT_AT_REST), Some(REST_UNKNOWN)]
+        );
+        assert_eq!(unrest(Some(false), &format!("{RIM_AT_EDGE}; {NOT_AT_REST}")), None);
+        assert_eq!([Some(false), None].map(|at_rest| unrest(at_rest, NO_CRATER)), [None; 2]);
+        // Negative control: another doubt.
+        assert_eq!(unrest(None, RIM_AT_EDGE), Some(REST_UNKNOWN));
+    }
 
     #[test]
     fn runs_are_compared_at_the_end_that_most_of_them_have() {

@@ -46,7 +46,7 @@ impl BedFindings {
 pub(crate) const BED: &[Field<BedFindings>] = quantities! {
     "porosity", "", "porosity of the slab of `[bed]`, as far as it lies within the bed" => |bed| json!(bed.porosity);
     "height_mm", "mm", "height of the highest node near the axis, or of the surface on it where that is higher, H_s, above the floor" => |bed| json!(bed.height_mm);
-    "slab_top_mm", "mm", "upper side of that slab: `porosity_upper`, or H_s if it lies lower; by default a grain below H_s at most, of beds of more than two layers"
+    "slab_top_mm", "mm", "upper side of that slab above the floor: that of `porosity_upper`, or H_s if it lies lower; by default a grain below H_s at most, of beds of more than two layers"
         => |bed| json!(bed.slab_top_mm);
     "mean_speed", "m/s", "mean speed of the grains" => |bed| json!(bed.mean_speed);
     "lying_order", "", "order of the long axes: above 0 if they lie, 0 at random" => |bed| json!(bed.lying_order);

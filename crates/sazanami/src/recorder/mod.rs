@@ -64,6 +64,8 @@ use watch::{PICTURES, SETUP, Watch};
 
 /// Simulated clock in a checkpoint.
 const CLOCK: &str = "clock";
+/// Section of a tank that is kept: the largest overlap while its bed was packed, over a radius, and how many were deep.
+const PACKED: &str = "preparation/packed";
 
 /// Observes a run and writes what is due.
 pub(crate) struct Recorder<'a, B: Observer> {
@@ -440,9 +442,19 @@ impl<'a, B: Observer> Recorder<'a, B> {
 
     /// Keeps a tank that was prepared, for later runs.
     pub fn keep_tank(&mut self, water: &mut B::Water) -> Result<(), RankError> {
-        let snapshot = water.snapshot();
+        let mut snapshot = water.snapshot();
+        let deepest = self.totals.worst.packing_overlap_relative;
+        snapshot.put_reals(PACKED, vec![deepest, self.totals.corrections.deep_contacts as Real]);
         let outcome = if self.files.is_some() { tanks::keep(self.job, &snapshot) } else { Ok(()) };
         Ok(water.domain().agree(outcome)?)
+    }
+
+    /// Counts what the bed of a tank that was kept had while it was packed; tanks of earlier versions do not tell.
+    pub fn note_kept(&mut self, tank: &Snapshot) {
+        if let Ok([deepest, deep_contacts]) = tank.reals(PACKED) {
+            self.totals.worst.packing_overlap_relative = *deepest;
+            self.totals.corrections.deep_contacts = *deep_contacts as usize;
+        }
     }
 
     /// Reports a line, on rank 0.

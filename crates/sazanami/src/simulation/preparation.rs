@@ -76,6 +76,7 @@ pub(super) fn solver(
     } else if let Some(state) = resumed.filter(|state| state.run.preparing) {
         (restored(job, domain, &state.snapshot)?, Stage::of(&state.snapshot)?)
     } else if let Some(prepared) = &job.prepared {
+        recorder.note_kept(prepared);
         (restored(job, domain, prepared)?, Stage::Ready)
     } else {
         match poured(job, domain, packed, recorder)? {

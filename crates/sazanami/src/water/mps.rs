@@ -43,7 +43,13 @@ impl Water for Solver {
         mut watch: impl FnMut(&'static str),
     ) -> Result<StepReport, StepProblem> {
         let outcome = self.step(dt, &forcing(case, time, dt), |phase| watch(phase_name(phase)));
-        outcome.map_err(|error| problem(case, self, &error))
+        let report = outcome.map_err(|error| problem(case, self, &error))?;
+        if case.walls_move() {
+            // In the step they and the grains that they hold had their mean velocity.
+            let (engine, domain) = self.engine_mut();
+            engine.set_wall_velocities(domain, case.tank_at(time + dt)[1]);
+        }
+        Ok(report)
     }
 
     fn put(&mut self, time: Real) {

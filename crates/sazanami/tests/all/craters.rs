@@ -131,6 +131,43 @@ fn the_crater_is_looked_for_where_the_drop_meets_the_bed() {
     assert_at(&["erosion.axis=[\"1.5 mm\", \"1.6 mm\"]"], [1.5, 1.6]);
 }
 
+/// Held spheres along the surface of a bed 2 mm high with a hollow 1.6 mm deep that a rim 0.4 mm high is around, in place of all grains.
+fn hollow() -> String {
+    let places = (0..18 * 18).map(|n| [n / 18, n % 18].map(|m| 0.25 + 0.5 * f64::from(m)));
+    let grains: Vec<String> = places
+        .map(|[x, y]| {
+            let r = (x - 4.5).hypot(y - 4.5);
+            let top = if r < 3.0 { 0.8 + 1.6 * (r / 3.0).powi(2) } else { (3.6 - 0.4 * r).max(2.0) };
+            format!("{{ position = [\"{x} mm\", \"{y} mm\", \"{} mm\"] }}", 4.75 + top)
+        })
+        .collect();
+    format!(
+        "grains=[{{ name = \"bed\", shape.sphere = {{ diameter = \"0.5 mm\", refinement = 1 }}, motion = \"fixed\", \
+         placement.list = [{}] }}]",
+        grains.join(", ")
+    )
+}
+
+#[test]
+fn of_too_few_rows_nothing_is_said_of_rest() {
+    let scratch = Scratch::new("craters-few-rows");
+    let found = |every: &str| {
+        let keys = [&hollow()[..], "run.until=6 ms", &format!("output.series.every={every}")];
+        ran(HELD, &keys, &scratch.join(every), On::threads(1)).summary["observables"].clone()
+    };
+    let few = found("1 ms");
+    let why = few["crater_rest"]["not_evaluated"].as_str().unwrap_or_else(|| panic!("{few:#}"));
+    assert!(why.contains("in 7 rows of the series, and rest is judged by 8 or more"), "{why}");
+    for volume in ["volume_below_rim", "volume"] {
+        assert!(few["erosion"][format!("{volume}_mm3")].as_f64() > Some(10.0), "{few:#}");
+        let doubts = few["erosion"][format!("{volume}_doubts")].as_str().unwrap_or_default();
+        assert!(!doubts.contains("come to rest"), "{doubts}");
+    }
+    // Negative control: rows enough.
+    let many = found("0.5 ms");
+    assert_eq!(many["crater_rest"]["at_rest"], true, "{many:#}");
+}
+
 /// Analyses a folder.
 fn analysed(folder: &Path, overrides: &[&str]) {
     analyse(&[folder.to_owned()], &owned(overrides), None, Some(&Sketcher), &mut Listener::default())

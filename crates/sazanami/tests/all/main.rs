@@ -44,6 +44,7 @@ mod support;
 mod surface_tension;
 mod thick_surface;
 mod touching_liquids;
+mod turning;
 mod weights;
 
 #[global_allocator]

@@ -146,7 +146,7 @@ pub(crate) const EROSION: &[Field<Evaluated>] = quantities! {
 
 /// Fields of `observables.crater_rest`: by the course of the volume below the rim, as `series.csv` has it.
 pub(crate) const REST: &[Field<Rest>] = quantities! {
-    "at_rest", "", "whether the crater has come to rest: the volume below its rim has kept within its uncertainty, 3 % at least, for a tenth of the run or longer, and `late_drift_mm3` is a quarter of the uncertainty at most"
+    "at_rest", "", "whether the crater has come to rest: the volume below its rim has kept within its uncertainty, 3 % at least, for a tenth of the run or longer, and `late_drift_mm3` is a quarter of the uncertainty at most; where that holds in fewer than eight rows of the series, it is not known, and `not_evaluated` stands in place of all of these"
         => |rest| json!(rest.at_rest);
     "within_uncertainty_since_s", "s", "time from which the volume below the rim stays within its uncertainty, 3 % at least, of the last one"
         => |rest| json!(rest.since);

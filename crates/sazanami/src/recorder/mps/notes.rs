@@ -10,9 +10,10 @@ pub(super) fn of(case: &Case) -> Vec<String> {
     if case.ripples.is_none() {
         return notes;
     }
-    if let (TankMotion::File { .. }, Some(period)) = (motion, motion.period()) {
+    if let (TankMotion::File { .. }, Some(frequency)) = (motion, motion.frequency()) {
         notes.push(format!(
-            "the record of the tank's motion counts as one of its strongest harmonic: cycles of {period:.4} s"
+            "the record of the tank's motion counts as one of its strongest harmonic: cycles of {:.4} s",
+            frequency.recip()
         ));
     }
     if is_across(motion) {

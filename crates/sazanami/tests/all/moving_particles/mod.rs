@@ -128,7 +128,11 @@ fn a_tank_made_ready_begins_where_its_maker_began_and_fits_no_other() {
     let loaded = load(TANK, &[&given, "ripples.margin=2 mm"]);
     let listener = heard(&loaded, &On::threads(2).steps(STEPS).options(Some(&folder)));
     assert!(listener.lines.iter().all(|line| line.phase == "flow"));
-    assert_eq!(first.hash(), Left::in_folder(&folder).hash());
+    let again = Left::in_folder(&folder);
+    assert_eq!(first.hash(), again.hash());
+    // What was deep while the bed was packed is told of the tank.
+    let deepest = |left: &Left| left.summary["worst"]["packing_overlap_relative"].as_f64().expect("a number");
+    assert!(deepest(&first) > 0.0 && deepest(&again) == deepest(&first), "{} {}", deepest(&first), deepest(&again));
     let expected = |made_ready: bool| {
         let known = Known { made_ready, ..Known::default() };
         let report = check::check(&loaded.case, known, &Machine::this(), 1, &CostModel::default());

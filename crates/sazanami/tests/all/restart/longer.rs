@@ -95,3 +95,31 @@ fn a_run_that_cannot_go_on_says_why() {
     let steps = Left::in_folder(&folder).summary["steps"].as_u64();
     assert_eq!(Some(go_on(&folder, On::threads(1)).0.unwrap().steps), steps);
 }
+
+/// Water in a tank that moves as a record says, in steps that the swing limits.
+const SWUNG: &str = "solver = \"mps\"\ngravity = \"9.81 m/s^2\"\ndomain.size = [\"80 mm\", \"80 mm\", \"120 mm\"]\n\
+                     boundary = { x1 = \"slip\", x2 = \"periodic\", x3_lower = \"no_slip\", x3_upper = \"outflow\" }\n\
+                     particles = { spacing = \"10 mm\", dt_max = \"20 ms\" }\nrun.until = \"0.2 s\"\n\
+                     output = { series = { every = \"50 ms\" }, fields = { at = [] }, figures = { at = [] } }\n[[liquid]]\n\
+                     region.half_space = { point = [\"0 mm\", \"0 mm\", \"80 mm\"] }\n";
+
+#[test]
+fn a_tank_that_moves_by_a_record_goes_on_in_the_steps_of_the_longer_run() {
+    let scratch = Scratch::new("longer-swung");
+    let record = scratch.join("record.csv");
+    let place = |time: f64| 2e-3 * (std::f64::consts::TAU * 5.0 * time).sin();
+    let rows = (0..=400).map(|n| 1e-3 * f64::from(n)).map(|time| format!("{time:.3},{:e}\n", place(time)));
+    std::fs::write(&record, format!("t_s,x_m\n{}", rows.collect::<String>())).unwrap();
+    let moved = format!("frame.motion.file={}", record.display());
+    let [parts, whole] = ["parts", "whole"].map(|name| scratch.join(name));
+    start(&load(SWUNG, &[&moved]), &parts, On::threads(1)).unwrap();
+    assert_eq!(go_on_with(&parts, &until(0.4, 1)).0.unwrap().status, Status::Finished);
+    let as_long = ran(SWUNG, &[&moved, "run.until=0.4 s"], &whole, On::threads(1));
+    assert_same(&parts, &whole, "a run that was lengthened");
+    // The swing does rule steps.
+    assert!(
+        as_long.summary["limiter"]["swing"].as_u64().is_some_and(|steps| steps > 20),
+        "{}",
+        as_long.summary["limiter"]
+    );
+}
