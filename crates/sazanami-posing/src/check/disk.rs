@@ -44,7 +44,7 @@ pub(super) fn disk(case: &Case, size: &Size, [steps, dt]: [Real; 2], model: &Cos
     let point = if form.has_points() { PLACE_OF_GRAIN + arrays * VALUE_OF_GRAIN } else { 0.0 };
     let corner = if form.has_meshes() { CORNER + arrays * CORNER_OF_VALUE } else { 0.0 };
     let grains = size.grains as Real * point + size.surface_corners as Real * corner;
-    let until = if case.run.steps.is_some() { case.run.until.min(steps * dt) } else { case.run.until };
+    let until = end_of(case, [steps, dt]);
     let times = |schedule: &Schedule| schedule.count(until, steps);
     let state = elements as Real * 64.0 + size.grains as Real * 600.0;
     let probes = case.probes.iter().map(|probe| times(&probe.schedule) * points(probe) * ROW_OF_POINT).sum();
@@ -59,9 +59,14 @@ pub(super) fn disk(case: &Case, size: &Size, [steps, dt]: [Real; 2], model: &Cos
     ]
 }
 
+/// When a run of so many steps of a length \[s] ends \[s].
+fn end_of(case: &Case, [steps, dt]: [Real; 2]) -> Real {
+    if case.run.steps.is_some() { case.run.until.min(steps * dt) } else { case.run.until }
+}
+
 /// Files of fields, grains and checkpoints that are written, each complete on the disk before the run goes on.
 pub(super) fn files(case: &Case, [steps, dt]: [Real; 2]) -> Real {
-    let until = if case.run.steps.is_some() { case.run.until.min(steps * dt) } else { case.run.until };
+    let until = end_of(case, [steps, dt]);
     let (outputs, form) = (&case.output, case.output.grain_form);
     // With the list of the times that there are.
     let of_grains = Real::from(u8::from(form.has_points()) + u8::from(form.has_meshes()) + 1);
